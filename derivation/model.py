@@ -1,0 +1,110 @@
+"""A model: equations compiled once, and the parameter values of one variant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from chassym.derivation.equations_of_motion import EquationsOfMotion
+from chassym.derivation.equilibrium import design_residual, solve_preloads
+from chassym.derivation.mechanism import Mechanism
+from chassym.derivation.numeric import BoundFunction, CompiledEquations
+from chassym.derivation.parameters import Parameters
+
+
+@dataclass(frozen=True)
+class Model:
+    """A mechanism with numbers.
+
+    Attributes
+    ----------
+    parameters
+        The variant's parameters.
+    compiled
+        The mechanism's functions, shared by all variants.
+    preloads
+        Preloads by name to use instead of those that hold the design position.
+    """
+
+    parameters: Parameters
+    compiled: CompiledEquations
+    given_preloads: Mapping[str, float] | None = field(default=None, compare=False)
+
+    def with_parameters(self, changes: Mapping[str, float | Sequence[float] | str]) -> Model:
+        """A variant with other parameter values; equations and machine code are shared.
+
+        Raises
+        ------
+        ParameterError
+            If a name is unknown or a value impossible.
+        """
+        return replace(self, parameters=self.parameters.replace(changes))
+
+    def scaled(self, *names: str, factor: float) -> Model:
+        """A variant with some parameters, or all below a prefix, multiplied by a factor."""
+        return replace(self, parameters=self.parameters.scaled(*names, factor=factor))
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Bodies, joints, force elements, inputs and outputs."""
+        return self.compiled.mechanism
+
+    @property
+    def equations(self) -> EquationsOfMotion:
+        """The symbolic equations of motion."""
+        return self.compiled.equations
+
+    @cached_property
+    def preloads(self) -> Mapping[str, float]:
+        """Preload of every preloaded element (N or N m), by the preload's name."""
+        if self.given_preloads is not None:
+            return self.given_preloads
+        return solve_preloads(self.compiled, self.parameters.flat())
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Every number that the equations mention, by name."""
+        return self.parameters.flat() | dict(self.preloads)
+
+    @property
+    def size(self) -> int:
+        """Degrees of freedom."""
+        return len(self.mechanism.coordinates)
+
+    @property
+    def argument_count(self) -> int:
+        """Length of coordinates, rates, accelerations, inputs and input rates together."""
+        return 3 * self.size + 2 * len(self.mechanism.inputs)
+
+    @property
+    def output_names(self) -> list[str]:
+        """Names of the outputs, in order."""
+        return [output.name for output in self.mechanism.outputs]
+
+    @cached_property
+    def residual(self) -> BoundFunction:
+        """M q'' + h - Q."""
+        return self.compiled.residual.bind(self.values)
+
+    @cached_property
+    def residual_jacobian(self) -> BoundFunction:
+        """Derivatives of the residual by coordinates, rates and accelerations."""
+        return self.compiled.residual_jacobian.bind(self.values)
+
+    @cached_property
+    def accelerations(self) -> BoundFunction:
+        """q'' from coordinates, rates, inputs and input rates."""
+        return self.compiled.accelerations.bind(self.values)
+
+    @cached_property
+    def outputs(self) -> BoundFunction:
+        """Every output of the mechanism."""
+        return self.compiled.outputs.bind(self.values)
+
+    @cached_property
+    def design_residual(self) -> np.ndarray:
+        """What is left of the static equilibrium at the design position, length n (N or N m)."""
+        return design_residual(self.compiled, self.values)

@@ -1,0 +1,131 @@
+"""A straight-line program of shared subexpressions: symbolic quantities that stay small."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import sympy
+
+Tangent = dict[sympy.Symbol, sympy.Expr]
+
+
+class Program:
+    """An ordered list of assignments ``symbol = expression`` in which equal expressions are stated once.
+
+    A quantity of a large model, written out in its coordinates, has hundreds of thousands of terms. Here every
+    intermediate result gets a name, and what is built from it mentions that name only. Expressions remain ordinary
+    sympy objects; `expand` writes them out again where they are small enough to read.
+
+    Examples
+    --------
+    >>> x, y = sympy.symbols("x y")
+    >>> program = Program()
+    >>> a = program.let(x * y)
+    >>> program.let(2 * sympy.sin(a) - x * y)
+    -t0 + 2*t1
+    >>> program.expand([a + 1])
+    [x*y + 1]
+    """
+
+    def __init__(self) -> None:
+        self._definitions: dict[sympy.Symbol, sympy.Expr] = {}
+        self._names: dict[sympy.Expr, sympy.Symbol] = {}
+
+    @property
+    def definitions(self) -> Mapping[sympy.Symbol, sympy.Expr]:
+        """Every assignment, in the order of evaluation."""
+        return self._definitions
+
+    def let(self, expression: sympy.Expr | int) -> sympy.Expr:
+        """Name an expression and return its name; atoms, and multiples of a known name, are returned as they are.
+
+        Sums are named term by term where a term is a product of more than a number and a name, so that a product
+        which occurs in several sums is stated once.
+        """
+        expression = sympy.sympify(expression)
+        coefficient, rest = expression.as_coeff_Mul()
+        if rest.is_Atom:
+            return expression
+        if rest.is_Add and rest.could_extract_minus_sign():
+            coefficient, rest = -coefficient, -rest
+        return coefficient * self._name(rest)
+
+    def assign(self, expression: sympy.Expr) -> sympy.Symbol:
+        """Name an expression by a symbol of its own, even where it is an atom or a multiple of one."""
+        return self._name(sympy.sympify(expression))
+
+    def _name(self, expression: sympy.Expr) -> sympy.Symbol:
+        if expression not in self._names:
+            symbol = sympy.Symbol(f"t{len(self._definitions)}", real=True)
+            self._names[expression] = symbol
+            self._definitions[symbol] = expression
+        return self._names[expression]
+
+    def required(self, results: Iterable[sympy.Expr]) -> dict[sympy.Symbol, sympy.Expr]:
+        """The assignments, in order, that the results depend on."""
+        needed = set().union(*(expression.free_symbols for expression in results))
+        kept = []
+        for symbol in reversed(self._definitions):
+            if symbol in needed:
+                kept.append(symbol)
+                needed |= self._definitions[symbol].free_symbols
+        return {symbol: self._definitions[symbol] for symbol in reversed(kept)}
+
+    def operations(self, results: Sequence[sympy.Expr]) -> int:
+        """Number of arithmetic operations that evaluate the results, as `sympy.count_ops` counts them."""
+        return int(sum(sympy.count_ops(e) for e in (*self.required(results).values(), *results)))
+
+    def expand(self, results: Sequence[sympy.Expr]) -> list[sympy.Expr]:
+        """The results written out without intermediate names; for models small enough to read."""
+        full: dict[sympy.Symbol, sympy.Expr] = {}
+        for symbol, expression in self.required(results).items():
+            full[symbol] = expression.xreplace(full)
+        return [sympy.sympify(expression).xreplace(full) for expression in results]
+
+    def differentiate(
+        self,
+        results: Sequence[sympy.Expr],
+        variables: Sequence[sympy.Symbol],
+        stated: Mapping[sympy.Symbol, Tangent] | None = None,
+    ) -> list[list[sympy.Expr]]:
+        """Exact derivatives of results by variables, as further assignments of this program.
+
+        Forward accumulation (Griewank and Walther, Evaluating Derivatives, 2nd ed., section 3.1), with structural
+        zeros left out.
+
+        Parameters
+        ----------
+        results
+            Expressions in this program's names, length m.
+        variables
+            Independent symbols, length n.
+        stated
+            Partial derivatives to use for a name instead of those of its definition: the slope that a
+            characteristic states for itself.
+
+        Returns
+        -------
+        list of list of sympy.Expr
+            The Jacobian, shape (m, n).
+        """
+        stated = stated or {}
+        tangents: dict[sympy.Symbol, Tangent] = {v: {v: sympy.S.One} for v in variables}
+        for symbol, expression in self.required(results).items():
+            partials = stated.get(symbol) or self._partials(expression, tangents)
+            tangents[symbol] = self._accumulate(partials, tangents)
+        rows = [self._accumulate(self._partials(sympy.sympify(r), tangents), tangents) for r in results]
+        return [[row.get(v, sympy.S.Zero) for v in variables] for row in rows]
+
+    def _partials(self, expression: sympy.Expr, tangents: Mapping[sympy.Symbol, Tangent]) -> Tangent:
+        """Partial derivatives of one small expression by the names in it that vary."""
+        varying = sorted((s for s in expression.free_symbols if tangents.get(s)), key=lambda s: s.name)
+        return {s: self.let(expression.diff(s)) for s in varying}
+
+    def _accumulate(self, partials: Tangent, tangents: Mapping[sympy.Symbol, Tangent]) -> Tangent:
+        """Chain rule: sum of partial derivatives times tangents."""
+        terms: dict[sympy.Symbol, list[sympy.Expr]] = {}
+        for symbol, partial in partials.items():
+            for variable, tangent in tangents.get(symbol, {}).items():
+                terms.setdefault(variable, []).append(partial * tangent)
+        sums = {variable: self.let(sympy.Add(*products)) for variable, products in terms.items()}
+        return {variable: value for variable, value in sums.items() if value != 0}

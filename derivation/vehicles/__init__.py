@@ -1,0 +1,1 @@
+"""The built-in vehicles: one module per model, one TOML file per set of parameters."""

@@ -1,0 +1,67 @@
+"""The built-in vehicles and the models that vehicle files may name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from chassym.derivation.mechanism import Mechanism
+from chassym.derivation.model import Model
+from chassym.derivation.numeric import CompiledEquations
+from chassym.derivation.parameters import ParameterError, Parameters, Schema, load_parameters
+from chassym.derivation.vehicles import full_car, half_car, quarter_car, torsion_chain
+
+
+@dataclass(frozen=True)
+class ModelKind:
+    """What a vehicle file's ``model`` stands for: the parameters it takes and the mechanism they make."""
+
+    schema: Schema
+    build: Callable[[Parameters], Mechanism]
+
+
+KINDS: Mapping[str, ModelKind] = {
+    "full_car": ModelKind(full_car.SCHEMA, full_car.full_car),
+    "half_car": ModelKind(half_car.SCHEMA, half_car.half_car),
+    "quarter_car": ModelKind(quarter_car.SCHEMA, quarter_car.quarter_car),
+    "torsion_chain": ModelKind(torsion_chain.SCHEMA, torsion_chain.torsion_chain),
+}
+
+
+def vehicle_names() -> list[str]:
+    """Names of the built-in vehicles."""
+    folder = resources.files("chassym.derivation.vehicles")
+    return sorted(file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml"))
+
+
+def load_model(vehicle: str | Path = "sedan", changes: Mapping[str, float | Sequence[float] | str] | None = None) -> Model:
+    """A model from a built-in vehicle's name or a TOML file, with some parameters changed.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such vehicle, or its parameters or the changes are not acceptable.
+
+    Examples
+    --------
+    >>> car = load_model("quarter_car", {"sprung.mass": "400 kg"})
+    >>> [coordinate.name for coordinate in car.mechanism.coordinates]
+    ['body', 'wheel']
+    """
+    parameters = load_parameters(_source(vehicle), *(kind.schema for kind in KINDS.values()))
+    if changes:
+        parameters = parameters.replace(changes)
+    return Model(parameters, CompiledEquations(KINDS[parameters.schema.model].build(parameters)))
+
+
+def _source(vehicle: str | Path) -> Path | resources.abc.Traversable:
+    if str(vehicle) in vehicle_names():
+        return resources.files("chassym.derivation.vehicles") / f"{vehicle}.toml"
+    path = Path(vehicle)
+    if not path.is_file():
+        raise ParameterError(
+            f"vehicle {str(vehicle)!r} is neither a file nor a built-in vehicle; built in are {', '.join(vehicle_names())}"
+        )
+    return path

@@ -1,0 +1,1 @@
+"""From equations of motion to state space, modes, frequency response and sensitivity."""
