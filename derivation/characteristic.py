@@ -26,6 +26,11 @@ class Characteristic(ABC):
 class Knotted(Characteristic):
     """A force law of the rate alone whose slope jumps: a linear analysis has to choose one."""
 
+    @property
+    @abstractmethod
+    def knots(self) -> Sequence[sympy.Expr]:
+        """The rates at which the slope jumps."""
+
     @abstractmethod
     def slope(self, rate: float, values: Mapping[str, float], rule: SlopeRule) -> float:
         """Slope (N s/m) at a rate, for parameter values by name, by a rule for the two sides of a knot."""
@@ -72,6 +77,11 @@ class DamperTable(Knotted):
             for velocity, (before, after) in knots
         ]
         return program.let(sympy.Add(intercept, program.let(slopes[0] * rate), *bends))
+
+    @property
+    def knots(self) -> Sequence[sympy.Expr]:
+        """The inner points of the table."""
+        return self.velocities[1:-1]
 
     def slope(self, rate: float, values: Mapping[str, float], rule: SlopeRule) -> float:
         """Slope (N s/m): the rule combines the slopes just left and just right of the rate."""

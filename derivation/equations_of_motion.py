@@ -90,19 +90,23 @@ class EquationsOfMotion:
     def linearisation(self) -> list[list[sympy.Expr]]:
         """Exact derivatives of the residual, then the outputs, by all arguments, shape (n + outputs, arguments).
 
-        A characteristic with knots enters by a symbol for its slope, named as in `slopes`: which slope it has at a knot
+        A characteristic with knots enters by a symbol for its slope, `Mechanism.slopes`: which slope it has at a knot
         is a choice to be made with the numbers.
         """
         stated = {
-            self.element_forces[name]: {self.element_rates[name]: slope} for name, slope in self.slopes.items()
+            self.element_forces[name]: {self.element_rates[name]: slope} for name, slope in self.mechanism.slopes.items()
         }
         results = [*self.residual, *self.outputs.values()]
         return self.program.differentiate(results, self.arguments, stated)
 
     @property
-    def slopes(self) -> Mapping[str, sympy.Symbol]:
-        """The symbol of the slope of every element that has knots, by the element's name."""
-        return self.mechanism.slopes
+    def knot_distances(self) -> list[sympy.Expr]:
+        """Rate less knot, for every knot of every element that has some: a sign change is a corner of its force."""
+        return [
+            self.program.let(self.element_rates[name] - knot)
+            for name, characteristic in self.mechanism.knotted.items()
+            for knot in characteristic.knots
+        ]
 
     @property
     def operations(self) -> dict[str, int]:

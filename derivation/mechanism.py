@@ -73,8 +73,12 @@ class Mechanism:
     @property
     def slopes(self) -> dict[str, sympy.Symbol]:
         """A symbol for the slope of every element whose characteristic has knots, by the element's name."""
-        knotted = [element.name for element in self.elements if isinstance(element.characteristic, Knotted)]
-        return {name: sympy.Symbol(f"{name}.slope", real=True) for name in knotted}
+        return {name: sympy.Symbol(f"{name}.slope", real=True) for name in self.knotted}
+
+    @property
+    def knotted(self) -> dict[str, Knotted]:
+        """Every characteristic with knots, by its element's name."""
+        return {e.name: e.characteristic for e in self.elements if isinstance(e.characteristic, Knotted)}
 
     def add_body(
         self,

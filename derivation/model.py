@@ -69,7 +69,7 @@ class Model:
         """Every number that the equations mention, by name."""
         return self.parameters.flat() | dict(self.preloads)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Degrees of freedom."""
         return len(self.mechanism.coordinates)
@@ -103,6 +103,11 @@ class Model:
     def outputs(self) -> BoundFunction:
         """Every output of the mechanism."""
         return self.compiled.outputs.bind(self.values)
+
+    @cached_property
+    def knot_distances(self) -> BoundFunction:
+        """Distance of the rates of tables from their knots."""
+        return self.compiled.knot_distances.bind(self.values)
 
     @cached_property
     def design_residual(self) -> np.ndarray:

@@ -175,6 +175,11 @@ class CompiledEquations:
         return self._function("outputs", lambda e: _vector(list(e.outputs.values())))
 
     @cached_property
+    def knot_distances(self) -> CompiledFunction:
+        """Distance of the rates of tables from their knots."""
+        return self._function("knot_distances", lambda e: _vector(e.knot_distances))
+
+    @cached_property
     def linearisation(self) -> CompiledFunction:
         """Derivatives of residual and outputs by all arguments, with stated slopes at the knots of tables."""
         return self._function("linearisation", lambda e: _matrix(e.linearisation))

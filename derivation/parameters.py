@@ -449,9 +449,7 @@ def _converted(
         given, wanted = registry.parse_units(unit), registry.parse_units(definition.unit)
         compatible = given.dimensionality == wanted.dimensionality
         converted = [registry.Quantity(one, given).to(wanted) for one in numbers] if compatible else []
-    except (
-        Exception
-    ) as error:  # pint lets through whatever its parser meets, from tokenize to ZeroDivisionError
+    except Exception as error:  # pint's parser lets all kinds through, from tokenize.TokenError to TypeError
         raise _refusal(origin, definition.name, f"{received} ({error})", expected) from error
     if not compatible:
         raise _refusal(origin, definition.name, f"{received} of dimension {given.dimensionality}", expected)

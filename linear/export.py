@@ -1,0 +1,94 @@
+"""The state space as a MAT-file for MATLAB, Octave and Simulink."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+
+from chassym.linear.state_space import LinearModel, StateMatrices
+
+Array = np.ndarray
+
+
+def write_mat(path: str | Path, linear: LinearModel) -> None:
+    """Write one struct ``plant`` to a MAT-file (level 5): all of it or, where that fails, nothing.
+
+    Its fields are the matrices A, B, C, D; the cell columns state_names, input_names, output_names and state_units,
+    input_units, output_units; Ts = 0 for continuous time; the name of the model; and a description that states the
+    slope of every table. In MATLAB or Octave::
+
+        load plant.mat
+        ss(plant.A, plant.B, plant.C, plant.D, 'StateName', plant.state_names, 'InputName', plant.input_names, ...
+           'OutputName', plant.output_names)
+
+    Parameters
+    ----------
+    path
+        File to write or replace; its folder must exist and its name end in ``.mat``, as MATLAB expects.
+    linear
+        The linear model.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder does not exist.
+    ValueError
+        If the name does not end in ``.mat``.
+    LinearisationError
+        If the mass matrix is singular.
+    """
+    target = Path(path)
+    if target.suffix != ".mat":
+        raise ValueError(f"path {str(path)!r} does not end in '.mat'; MATLAB would read it as text")
+    if not target.parent.is_dir():
+        raise FileNotFoundError(
+            f"path {str(path)!r}: folder {str(target.parent)!r} does not exist; create it first"
+        )
+    _replace(target, _encoded(_fields(linear, linear.state_matrices())))
+
+
+def _fields(linear: LinearModel, matrices: StateMatrices) -> dict[str, object]:
+    return {
+        "A": matrices.A,
+        "B": matrices.B,
+        "C": matrices.C,
+        "D": matrices.D,
+        "state_names": _cells(matrices.state_names),
+        "input_names": _cells(matrices.input_names),
+        "output_names": _cells(matrices.output_names),
+        "state_units": _cells(matrices.state_units),
+        "input_units": _cells(matrices.input_units),
+        "output_units": _cells(matrices.output_units),
+        "Ts": 0.0,
+        "name": linear.name,
+        "description": linear.description,
+    }
+
+
+def _cells(texts: Sequence[str]) -> Array:
+    """A column of cells."""
+    column = np.empty((len(texts), 1), dtype=object)
+    column[:, 0] = texts
+    return column
+
+
+def _encoded(plant: dict[str, object]) -> bytes:
+    from scipy.io import savemat  # it brings in much: only for those who ask for it
+
+    buffer = BytesIO()
+    savemat(buffer, {"plant": plant}, do_compression=True)
+    return buffer.getvalue()
+
+
+def _replace(target: Path, data: bytes) -> None:
+    """Write a file under another name in the same folder, then put it in place at once."""
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        temporary.write_bytes(data)
+        os.replace(temporary, target)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,283 @@
+"""The linear model about the design position, and its state space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, eigh
+
+from chassym.derivation import Model, mean_slope
+from chassym.derivation.characteristic import Knotted, SlopeRule
+from chassym.derivation.equilibrium import design_residual
+
+if TYPE_CHECKING:
+    import control
+
+Array = np.ndarray
+
+RESIDUAL_TOLERANCE = 1e-6
+"""Largest residual accepted at the design position, relative to the largest force that the preloads hold."""
+
+
+class OperatingPointError(ValueError):
+    """The position to linearise about is not an equilibrium."""
+
+
+class LinearisationError(ValueError):
+    """A linear model, or what was asked of it, that cannot be."""
+
+
+@dataclass(frozen=True, eq=False)
+class StateMatrices:
+    """x' = A x + B u, y = C x + D u with names and SI units.
+
+    Attributes
+    ----------
+    A, B, C, D
+        Shapes (2 n, 2 n), (2 n, 2 inputs), (outputs, 2 n) and (outputs, 2 inputs). States are the coordinates, then
+        their rates; inputs are the prescribed displacements, then their rates.
+    state_names, input_names, output_names, state_units, input_units, output_units
+        In the order of the matrices.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    state_names: tuple[str, ...]
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    state_units: tuple[str, ...]
+    input_units: tuple[str, ...]
+    output_units: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel:
+    """M q'' + C q' + K q = B_u u + B_u' u' about the design position, and outputs linear in the same quantities.
+
+    With n coordinates, p prescribed displacements and m outputs:
+
+    Attributes
+    ----------
+    name
+        The mechanism's name.
+    mass, damping, stiffness
+        M, C, K, shape (n, n).
+    input_stiffness, input_damping
+        B_u, B_u', shape (n, p).
+    output_by_coordinates, output_by_rates, output_by_accelerations
+        Derivatives of the outputs by q, q', q'', shape (m, n).
+    output_by_inputs, output_by_input_rates
+        Derivatives of the outputs by u, u', shape (m, p).
+    coordinates, inputs, outputs
+        Names.
+    coordinate_units, input_units, output_units
+        SI units.
+    slope_rule
+        Name of the rule that chose the slopes at the knots of tables.
+    slopes
+        The slope (N s/m or N m s/rad) used for every element with a table, by the element's name.
+    residual
+        What is left of the static equilibrium at the operating point, length n (N or N m).
+    """
+
+    name: str
+    mass: Array
+    damping: Array
+    stiffness: Array
+    input_stiffness: Array
+    input_damping: Array
+    output_by_coordinates: Array
+    output_by_rates: Array
+    output_by_accelerations: Array
+    output_by_inputs: Array
+    output_by_input_rates: Array
+    coordinates: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    coordinate_units: tuple[str, ...]
+    input_units: tuple[str, ...]
+    output_units: tuple[str, ...]
+    slope_rule: str
+    slopes: Mapping[str, float]
+    residual: Array
+
+    def __str__(self) -> str:
+        return self.description
+
+    @property
+    def description(self) -> str:
+        """What was linearised where, with the slope used for every table, in one line."""
+        start = f"{self.name} linearised at the design position"
+        if not self.slopes:
+            return start
+        used = ", ".join(f"{name} {slope:.6g}" for name, slope in self.slopes.items())
+        return f"{start}; slopes by {self.slope_rule} in SI units: {used}"
+
+    @cached_property
+    def mass_factor(self) -> tuple[Array, bool]:
+        """Cholesky factor of M for `scipy.linalg.cho_solve`.
+
+        Raises
+        ------
+        LinearisationError
+            If M is singular.
+        """
+        diagonal = np.diag(self.mass)
+        worst = int(diagonal.argmin())
+        if diagonal[worst] > 0:
+            scale = 1 / np.sqrt(diagonal)
+            smallest, direction = eigh(self.mass * np.outer(scale, scale), subset_by_index=(0, 0))
+            if smallest[0] > 10 * len(diagonal) * np.finfo(float).eps:
+                return cho_factor(self.mass)
+            worst = int(np.abs(direction[:, 0]).argmax())
+        raise LinearisationError(
+            f"mass matrix of {self.name!r} is singular: coordinate {self.coordinates[worst]!r} moves without inertia; "
+            "give what it moves a mass or an inertia"
+        )
+
+    def state_matrices(self) -> StateMatrices:
+        """The state space, with q'' eliminated from the outputs.
+
+        Raises
+        ------
+        LinearisationError
+            If M is singular.
+        """
+        n = len(self.coordinates)
+        by_state = cho_solve(self.mass_factor, -np.hstack([self.stiffness, self.damping]))
+        by_input = cho_solve(self.mass_factor, np.hstack([self.input_stiffness, self.input_damping]))
+        upper = np.eye(n, 2 * n, k=n)
+        outputs = np.hstack([self.output_by_coordinates, self.output_by_rates])
+        through = np.hstack([self.output_by_inputs, self.output_by_input_rates])
+        return StateMatrices(
+            A=np.vstack([upper, by_state]),
+            B=np.vstack([np.zeros((n, 2 * len(self.inputs))), by_input]),
+            C=outputs + self.output_by_accelerations @ by_state,
+            D=through + self.output_by_accelerations @ by_input,
+            state_names=_with_rates(self.coordinates, "_rate"),
+            input_names=_with_rates(self.inputs, "_rate"),
+            output_names=self.outputs,
+            state_units=_with_rates(self.coordinate_units, "/s"),
+            input_units=_with_rates(self.input_units, "/s"),
+            output_units=self.output_units,
+        )
+
+
+def linearise(model: Model, slope_rule: SlopeRule = mean_slope) -> LinearModel:
+    """Linearise a model about its design position, by exact symbolic derivatives.
+
+    Parameters
+    ----------
+    model
+        The model; its design position has to be an equilibrium.
+    slope_rule
+        Combines the slopes on the two sides of a knot: a function of the left and the right slope.
+
+    Raises
+    ------
+    OperatingPointError
+        If the design position is not an equilibrium.
+    LinearisationError
+        If the slope rule or a derivative gives no finite number.
+
+    Examples
+    --------
+    >>> from chassym.derivation import load_model
+    >>> linear = linearise(load_model("quarter_car"))
+    >>> linear.slopes
+    {'damper': 2445.1...}
+    >>> linear.mass
+    array([[356.25,   0.  ],
+           [  0.  ,  48.  ]])
+    """
+    _check_equilibrium(model)
+    mechanism, n, p = model.mechanism, model.size, len(model.mechanism.inputs)
+    rule = getattr(slope_rule, "__name__", repr(slope_rule))
+    laws = {e.name: e.characteristic for e in mechanism.elements if isinstance(e.characteristic, Knotted)}
+    slopes = {name: law.slope(0.0, model.values, slope_rule) for name, law in laws.items()}
+    for name, slope in slopes.items():
+        if not np.isfinite(slope):
+            raise LinearisationError(
+                f"slope_rule {rule!r} gave {slope} for element {name!r}; a finite slope is needed"
+            )
+    values = model.values | {mechanism.slopes[name].name: slope for name, slope in slopes.items()}
+    shape = n + len(mechanism.outputs), model.argument_count
+    jacobian = model.compiled.linearisation.bind(values).matrix(np.zeros(model.argument_count), shape)
+    if not np.isfinite(jacobian).all():
+        raise LinearisationError(
+            f"a derivative of {mechanism.name!r} at the design position is not finite; check its parameters"
+        )
+    jacobian.flags.writeable = False
+    dynamics, outputs = (np.split(part, np.cumsum([n, n, n, p]), axis=1) for part in np.split(jacobian, [n]))
+    return LinearModel(
+        name=mechanism.name,
+        mass=dynamics[2],
+        damping=dynamics[1],
+        stiffness=dynamics[0],
+        input_stiffness=-dynamics[3],
+        input_damping=-dynamics[4],
+        output_by_coordinates=outputs[0],
+        output_by_rates=outputs[1],
+        output_by_accelerations=outputs[2],
+        output_by_inputs=outputs[3],
+        output_by_input_rates=outputs[4],
+        coordinates=tuple(c.name for c in mechanism.coordinates),
+        inputs=tuple(u.name for u in mechanism.inputs),
+        outputs=tuple(y.name for y in mechanism.outputs),
+        coordinate_units=tuple(c.unit for c in mechanism.coordinates),
+        input_units=tuple(u.unit for u in mechanism.inputs),
+        output_units=tuple(y.unit for y in mechanism.outputs),
+        slope_rule=rule,
+        slopes=slopes,
+        residual=model.design_residual,
+    )
+
+
+def to_control(linear: LinearModel) -> control.StateSpace:
+    """The state space as a python-control system with named signals; its name states the slope rule.
+
+    Raises
+    ------
+    LinearisationError
+        If the mass matrix is singular.
+    """
+    import control  # it takes a second to import: only for those who ask for it
+
+    matrices = linear.state_matrices()
+    return control.StateSpace(
+        matrices.A,
+        matrices.B,
+        matrices.C,
+        matrices.D,
+        states=list(matrices.state_names),
+        inputs=list(matrices.input_names),
+        outputs=list(matrices.output_names),
+        name=f"{linear.name}_{linear.slope_rule}" if linear.slopes else linear.name,
+        remove_useless_states=False,
+    )
+
+
+def _with_rates(texts: tuple[str, ...], suffix: str) -> tuple[str, ...]:
+    return (*texts, *(text + suffix for text in texts))
+
+
+def _check_equilibrium(model: Model) -> None:
+    """The residual against what is left when the preloads are taken away: the weights that they hold."""
+    residual = np.abs(model.design_residual)
+    unloaded = model.values | {symbol.name: 0.0 for symbol in model.mechanism.preloads}
+    accepted = RESIDUAL_TOLERANCE * np.abs(design_residual(model.compiled, unloaded)).max()
+    worst = int(residual.argmax())
+    if not residual[worst] <= accepted:
+        coordinate = model.mechanism.coordinates[worst]
+        unit = "N" if coordinate.unit == "m" else "N m"
+        raise OperatingPointError(
+            f"the design position of {model.mechanism.name!r} is not an equilibrium: {residual[worst]:.3g} {unit} is left "
+            f"on coordinate {coordinate.name!r} and {accepted:.3g} accepted; give no preloads, and those that hold the "
+            "design position are used"
+        )

@@ -1,0 +1,32 @@
+"""Floquet multipliers: does a small deviation from a periodic orbit die out?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chassym.nonlinear.orbit import Orbit
+
+
+def multipliers(orbit: Orbit, steps: int = 256) -> np.ndarray:
+    """Eigenvalues of the map of small deviations over one period, largest magnitude first, shape (2 n,).
+
+    The variational equation x' = A(t) x is integrated by the implicit midpoint rule, x+ = (1 - hA/2)^-1 (1 + hA/2) x, which
+    keeps undamped deviations undamped: their multipliers stay on the unit circle at any step (Hairer, Lubich and Wanner,
+    Geometric Numerical Integration, 2nd ed., section VI.4). An orbit is stable if all magnitudes are below one.
+    """
+    n = orbit.model.size
+    function = orbit.model.residual_jacobian
+    midpoints = 2 * np.pi * (np.arange(steps) + 0.5) / steps
+    full = np.zeros((steps, n, 3 * n))
+    full[:, function.rows, function.columns] = function(orbit.arguments_at(midpoints)).T
+    stiffness, damping, mass = np.split(full, 3, axis=2)
+    half = 0.5 * orbit.excitation.period_s / steps
+    system = np.zeros((steps, 2 * n, 2 * n))
+    system[:, :n, n:] = np.eye(n)
+    system[:, n:] = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=2))
+    identity = np.eye(2 * n)
+    maps = np.linalg.solve(identity - half * system, identity + half * system)
+    while len(maps) > 1:
+        maps = np.concatenate([maps[1::2] @ maps[: len(maps) // 2 * 2 : 2], maps[len(maps) // 2 * 2 :]])
+    found = np.linalg.eigvals(maps[0])
+    return np.asarray(found[np.argsort(-np.abs(found))])
