@@ -12,7 +12,7 @@ from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.equilibrium import design_residual, solve_preloads
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.numeric import BoundFunction, CompiledEquations
-from chassym.derivation.parameters import Parameters
+from chassym.derivation.parameters import ParameterError, Parameters
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,16 @@ class Model:
         Raises
         ------
         ParameterError
-            If a name is unknown or a value impossible.
+            If a name is unknown, a value impossible, or a table of another length: that is another mechanism.
         """
-        return replace(self, parameters=self.parameters.replace(changes))
+        changed = self.parameters.replace(changes)
+        for name in self.parameters.flat().keys() ^ changed.flat().keys():
+            table = name.partition("[")[0]
+            raise ParameterError(
+                f"override: {table}: received {len(changed[table].value)} entries, expected "
+                f"{len(self.parameters[table].value)}; load the model with a table of another length"
+            )
+        return replace(self, parameters=changed)
 
     def scaled(self, *names: str, factor: float) -> Model:
         """A variant with some parameters, or all below a prefix, multiplied by a factor."""

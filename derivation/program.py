@@ -37,16 +37,12 @@ class Program:
         return self._definitions
 
     def let(self, expression: sympy.Expr | int) -> sympy.Expr:
-        """Name an expression and return its name; atoms, and multiples of a known name, are returned as they are.
-
-        Sums are named term by term where a term is a product of more than a number and a name, so that a product
-        which occurs in several sums is stated once.
-        """
+        """Name an expression and return its name, times a number where only that is new; atoms are returned as they are."""
         expression = sympy.sympify(expression)
         coefficient, rest = expression.as_coeff_Mul()
         if rest.is_Atom:
             return expression
-        if rest.is_Add and rest.could_extract_minus_sign():
+        if rest.is_Add and rest not in self._names and -rest in self._names:
             coefficient, rest = -coefficient, -rest
         return coefficient * self._name(rest)
 
@@ -119,7 +115,7 @@ class Program:
     def _partials(self, expression: sympy.Expr, tangents: Mapping[sympy.Symbol, Tangent]) -> Tangent:
         """Partial derivatives of one small expression by the names in it that vary."""
         varying = sorted((s for s in expression.free_symbols if tangents.get(s)), key=lambda s: s.name)
-        return {s: self.let(expression.diff(s)) for s in varying}
+        return {s: self.let(_partial(expression, s)) for s in varying}
 
     def _accumulate(self, partials: Tangent, tangents: Mapping[sympy.Symbol, Tangent]) -> Tangent:
         """Chain rule: sum of partial derivatives times tangents."""
@@ -129,3 +125,19 @@ class Program:
                 terms.setdefault(variable, []).append(partial * tangent)
         sums = {variable: self.let(sympy.Add(*products)) for variable, products in terms.items()}
         return {variable: value for variable, value in sums.items() if value != 0}
+
+
+def _partial(expression: sympy.Expr, symbol: sympy.Symbol) -> sympy.Expr:
+    """Partial derivative; sums and products, which most assignments are, without sympy's general dispatch."""
+    if expression == symbol:
+        return sympy.S.One
+    if symbol not in expression.free_symbols:
+        return sympy.S.Zero
+    if expression.is_Add:
+        return sympy.Add(*(_partial(term, symbol) for term in expression.args))
+    if expression.is_Mul:
+        factors = expression.args
+        return sympy.Add(
+            *(sympy.Mul(_partial(f, symbol), *factors[:i], *factors[i + 1 :]) for i, f in enumerate(factors))
+        )
+    return expression.diff(symbol)

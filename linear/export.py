@@ -17,13 +17,13 @@ Array = np.ndarray
 def write_mat(path: str | Path, linear: LinearModel) -> None:
     """Write one struct ``plant`` to a MAT-file (level 5): all of it or, where that fails, nothing.
 
-    Its fields are the matrices A, B, C, D; the cell columns state_names, input_names, output_names and state_units,
-    input_units, output_units; Ts = 0 for continuous time; the name of the model; and a description that states the
-    slope of every table. In MATLAB or Octave::
+    Its fields are the matrices A, B, C, D; the cell columns state_names, input_names, output_names and
+    state_units, input_units, output_units; Ts = 0 for continuous time; the name of the model; and a
+    description that states the slope of every table. In MATLAB or Octave::
 
         load plant.mat
-        ss(plant.A, plant.B, plant.C, plant.D, 'StateName', plant.state_names, 'InputName', plant.input_names, ...
-           'OutputName', plant.output_names)
+        ss(plant.A, plant.B, plant.C, plant.D, 'StateName', plant.state_names, ...
+           'InputName', plant.input_names, 'OutputName', plant.output_names)
 
     Parameters
     ----------

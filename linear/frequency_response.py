@@ -23,15 +23,15 @@ DISPLACEMENT_OUTPUT = re.compile(r"(.+_)?displacement")
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Complex amplitude of outputs per unit amplitude of inputs: u = Re(U exp(j w t)), y = Re(G U exp(j w t)).
+    """G in y = Re(G U exp(j w t)) for u = Re(U exp(j w t)): outputs per unit amplitude of inputs.
 
     Attributes
     ----------
     frequencies_hz
         Shape (frequencies,).
     response
-        G, complex, shape (outputs, inputs, frequencies), in output unit per input unit. The rate of an input, j w U,
-        is included.
+        G, complex, shape (outputs, inputs, frequencies), in output unit per input unit. The rate of an input,
+        j w U, is included.
     outputs, inputs, output_units, input_units
         Names and SI units.
     description
@@ -64,7 +64,8 @@ class FrequencyResponse:
         output
             Name of the output.
         amplitudes
-            Complex amplitude of every input that moves, by its name: a phase lead of phi is a factor exp(j phi).
+            Complex amplitude of every input that moves, by its name: a phase lead of phi is a factor exp(j
+            phi).
 
         Raises
         ------
@@ -133,7 +134,8 @@ def heave_response(linear: LinearModel, frequencies_hz: ArrayLike) -> FrequencyR
     pads = [name for name in linear.inputs if VERTICAL_INPUT.fullmatch(name)]
     if not pads:
         raise LinearisationError(
-            f"heave of {linear.name!r}: none of its inputs {list(linear.inputs)} is named 'road', '..._road' or '..._pad_z'"
+            f"heave of {linear.name!r}: none of its inputs {list(linear.inputs)} moves it vertically; "
+            "one named 'road', '..._road' or '..._pad_z' is needed"
         )
     full = frequency_response(linear, frequencies_hz)
     measured = [i for i, name in enumerate(full.outputs) if DISPLACEMENT_OUTPUT.fullmatch(name)]
@@ -167,8 +169,8 @@ def _solve(linear: LinearModel, frequencies: Array, stiffness: Array, right: Arr
     except np.linalg.LinAlgError:
         worst = frequencies[np.linalg.cond(stiffness).argmax()]
         raise LinearisationError(
-            f"{linear.name!r} has an undamped mode at the requested {worst:g} Hz, where its response is infinite; "
-            "leave this frequency out or add damping"
+            f"frequencies_hz holds {worst:g}, where {linear.name!r} has an undamped mode and its response is "
+            "infinite; leave this frequency out or add damping"
         ) from None
 
 

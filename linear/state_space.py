@@ -38,8 +38,8 @@ class StateMatrices:
     Attributes
     ----------
     A, B, C, D
-        Shapes (2 n, 2 n), (2 n, 2 inputs), (outputs, 2 n) and (outputs, 2 inputs). States are the coordinates, then
-        their rates; inputs are the prescribed displacements, then their rates.
+        Shapes (2 n, 2 n), (2 n, 2 inputs), (outputs, 2 n) and (outputs, 2 inputs). States are the
+        coordinates, then their rates; inputs are the prescribed displacements, then their rates.
     state_names, input_names, output_names, state_units, input_units, output_units
         In the order of the matrices.
     """
@@ -58,7 +58,7 @@ class StateMatrices:
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """M q'' + C q' + K q = B_u u + B_u' u' about the design position, and outputs linear in the same quantities.
+    """M q'' + C q' + K q = B_u u + B_u' u' about the design position, with outputs.
 
     With n coordinates, p prescribed displacements and m outputs:
 
@@ -117,7 +117,7 @@ class LinearModel:
         if not self.slopes:
             return start
         used = ", ".join(f"{name} {slope:.6g}" for name, slope in self.slopes.items())
-        return f"{start}; slopes by {self.slope_rule} in SI units: {used}"
+        return f"{start}; slopes by {self.slope_rule} (SI units): {used}"
 
     @cached_property
     def mass_factor(self) -> tuple[Array, bool]:
@@ -137,8 +137,8 @@ class LinearModel:
                 return cho_factor(self.mass)
             worst = int(np.abs(direction[:, 0]).argmax())
         raise LinearisationError(
-            f"mass matrix of {self.name!r} is singular: coordinate {self.coordinates[worst]!r} moves without inertia; "
-            "give what it moves a mass or an inertia"
+            f"mass matrix of {self.name!r} is singular: coordinate {self.coordinates[worst]!r} moves without "
+            "inertia; give what it moves a mass or an inertia"
         )
 
     def state_matrices(self) -> StateMatrices:
@@ -277,7 +277,7 @@ def _check_equilibrium(model: Model) -> None:
         coordinate = model.mechanism.coordinates[worst]
         unit = "N" if coordinate.unit == "m" else "N m"
         raise OperatingPointError(
-            f"the design position of {model.mechanism.name!r} is not an equilibrium: {residual[worst]:.3g} {unit} is left "
-            f"on coordinate {coordinate.name!r} and {accepted:.3g} accepted; give no preloads, and those that hold the "
-            "design position are used"
+            f"the design position of {model.mechanism.name!r} is not an equilibrium: {residual[worst]:.3g} "
+            f"{unit} is left on coordinate {coordinate.name!r} and {accepted:.3g} accepted; give no "
+            "preloads, and those that hold the design position are used"
         )

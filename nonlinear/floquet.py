@@ -7,12 +7,12 @@ import numpy as np
 from chassym.nonlinear.orbit import Orbit
 
 
-def multipliers(orbit: Orbit, steps: int = 256) -> np.ndarray:
-    """Eigenvalues of the map of small deviations over one period, largest magnitude first, shape (2 n,).
+def monodromy(orbit: Orbit, steps: int = 256) -> np.ndarray:
+    """The map of small deviations from phase zero over one period, shape (2 n, 2 n).
 
     The variational equation x' = A(t) x is integrated by the implicit midpoint rule, x+ = (1 - hA/2)^-1 (1 + hA/2) x, which
     keeps undamped deviations undamped: their multipliers stay on the unit circle at any step (Hairer, Lubich and Wanner,
-    Geometric Numerical Integration, 2nd ed., section VI.4). An orbit is stable if all magnitudes are below one.
+    Geometric Numerical Integration, 2nd ed., section VI.4).
     """
     n = orbit.model.size
     function = orbit.model.residual_jacobian
@@ -28,5 +28,13 @@ def multipliers(orbit: Orbit, steps: int = 256) -> np.ndarray:
     maps = np.linalg.solve(identity - half * system, identity + half * system)
     while len(maps) > 1:
         maps = np.concatenate([maps[1::2] @ maps[: len(maps) // 2 * 2 : 2], maps[len(maps) // 2 * 2 :]])
-    found = np.linalg.eigvals(maps[0])
+    return np.asarray(maps[0])
+
+
+def multipliers(orbit: Orbit) -> np.ndarray:
+    """Eigenvalues of the monodromy matrix, largest magnitude first, shape (2 n,).
+
+    An orbit is stable if all magnitudes are below one.
+    """
+    found = np.linalg.eigvals(monodromy(orbit))
     return np.asarray(found[np.argsort(-np.abs(found))])

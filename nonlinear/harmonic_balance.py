@@ -55,10 +55,10 @@ def balance_residual(orbit: Orbit) -> np.ndarray:
 
 
 def relative_correction(change: np.ndarray, coefficients: np.ndarray) -> float:
-    """Size of a correction of the rates, relative to the rates."""
+    """Size of a correction of the rates, relative to the rates, or to a nanometre per radian of phase if they are less."""
     orders = np.arange(coefficients.shape[1])
-    scale = np.abs(orders * coefficients).max()
-    return float(np.abs(np.maximum(orders, 1) * change).max() / scale) if scale > 0 else 0.0
+    scale = max(np.abs(orders * coefficients).max(), 1e-9)
+    return float(np.abs(np.maximum(orders, 1) * change).max() / scale)
 
 
 def newton(orbit: Orbit, tolerance: float, most: int = 25) -> Balance:

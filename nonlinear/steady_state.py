@@ -31,6 +31,9 @@ NEWTON_TOLERANCE = 1e-5
 MOST_HARMONICS = 2048
 """Where the refinement gives up."""
 
+_ROUNDING = 1e-12
+"""Movements below this (SI units) are those of rounding: forces of thousands of newtons cancel at rest."""
+
 _NEGLIGIBLE = 1e-3
 """A metric below this share of the largest one of its unit is asked for to the same absolute accuracy as that share."""
 
@@ -133,17 +136,17 @@ def steady_state(
     harmonics = NEWTON_HARMONICS
     while harmonics <= MOST_HARMONICS:
         harmonics *= 2
-        balance = extension.solve(balance.orbit, harmonics, tolerance=1e-2 * tolerance)
+        balance = extension.solve(balance.orbit, harmonics, tolerance=max(1e-2 * tolerance, 1e-12))
         iterations += balance.iterations
         readings.append(reader.read(balance.orbit))
         error = reader.error(readings)
-        if len(readings) > 3 and np.all(error <= tolerance * reader.scale(readings[-1])):
+        if len(readings) > 3 and np.all(error <= tolerance * reader.scale(readings[-1]) + 2 * _ROUNDING):
             peaks, contact = reader.results(readings[-1], error)
             return SteadyState(balance.orbit, peaks, contact, harmonics, iterations, balance.correction)
-    worst = reader.names[int(np.argmax(error / reader.scale(readings[-1])))]
+    worst = int(np.argmax(error / reader.scale(readings[-1])))
     raise NoPeriodicOrbitError(
-        f"{worst} still moves by {error.max():.2g} at {harmonics} harmonics, a relative {tolerance:g} was asked for; "
-        "ask for less accuracy"
+        f"{reader.names[worst]} = {readings[-1][worst]:.6g} {reader.units[worst]} still has an error of {error[worst]:.2g} "
+        f"at {harmonics} harmonics, a relative {tolerance:g} was asked for; ask for less accuracy"
     )
 
 
@@ -202,8 +205,7 @@ class _Reader:
         """Error estimate of the last reading, as `steady_state` describes it."""
         moved = np.abs(np.diff(readings[-4:], axis=0))[::-1]
         expected = moved * 0.25 ** np.arange(len(moved))[:, None]
-        rounding = 1e-12 * self.scale(readings[-1])
-        return np.asarray(2 * expected.max(axis=0) + rounding)
+        return np.asarray(2 * expected.max(axis=0) + _ROUNDING)
 
     def results(self, reading: np.ndarray, error: np.ndarray) -> tuple[dict[str, Metric], Contact | None]:
         """The values by name, and the worst patch."""

@@ -1,0 +1,135 @@
+"""The kinematics and compliance test: vertical patch force against wheel travel with the body held to the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from chassym.derivation import CompiledEquations, Model, Parameters
+from chassym.derivation.vehicles.full_car import AXLES, kinematics_and_compliance_rig
+from chassym.nonlinear import rig, steady_state
+
+FREQUENCY_HZ = 0.1 / (2 * np.pi)
+"""0.1 rad/s, slow enough for a static curve. Source: Liu 2016, section 2.3."""
+
+AMPLITUDE_M = 0.05
+SAMPLES = 512
+
+WEIGHTLESS = 1e-9
+"""Gravity (m/s^2) of the test without static loads: parameters demand a positive one."""
+
+
+@dataclass(frozen=True, eq=False)
+class WheelRate:
+    """Force against travel of one right wheel over one slow cycle.
+
+    Attributes
+    ----------
+    wheel
+        Its corner.
+    travel
+        Jounce (m), shape (samples,).
+    force
+        Vertical patch force (N), shape (samples,).
+    slope
+        Of the regression line (N/m).
+    offset
+        Force of the regression line at no travel (N).
+    error
+        Of the slope, from that of the force (N/m).
+    closed_form
+        Tangent at the design position, see `closed_form` (N/m).
+    spring_rate
+        Rate of the spring at the wheel centre (N/m).
+    """
+
+    wheel: str
+    travel: np.ndarray
+    force: np.ndarray
+    slope: float
+    offset: float
+    error: float
+    closed_form: float
+    spring_rate: float
+
+    @property
+    def load_stiffness(self) -> float:
+        """The part of the closed form that the static load makes on the inclined arm (N/m)."""
+        return self.closed_form - self.spring_rate
+
+
+def measure_wheel_rates(model: Model, *, static_load: bool = True, amplitude_m: float = AMPLITUDE_M) -> dict[str, WheelRate]:
+    """Run the test with all pads moving up and down in phase, free in the plane; a result for each axle's right wheel.
+
+    Parameters
+    ----------
+    model
+        A full car. Its preloads hold the design position.
+    static_load
+        Whether the wheels carry the car's weight. Without it, springs start from rest: what is left is their own rate.
+    amplitude_m
+        Of the pads (m).
+    """
+    parameters = model.parameters.replace(_free_in_the_plane(model.parameters))
+    if not static_load:
+        parameters = parameters.replace({"gravity": WEIGHTLESS})
+    preloads = model.preloads if static_load else dict.fromkeys(model.preloads, 0.0)
+    held = Model(parameters, CompiledEquations(kinematics_and_compliance_rig(parameters)), given_preloads=preloads)
+    names = {axle: (f"{axle}_right_wheel_travel", f"{axle}_right_patch_force_z") for axle in AXLES}
+    state = steady_state(held, rig.heave(FREQUENCY_HZ, amplitude_m), metrics=[name for both in names.values() for name in both])
+    outputs = dict(zip(held.output_names, state.orbit.outputs(SAMPLES), strict=True))
+    found = {}
+    for axle, (travel, force) in names.items():
+        slope, offset = np.polyfit(outputs[travel], outputs[force], 1)
+        swing = state.peak_to_peak[force]
+        found[axle] = WheelRate(
+            wheel=f"{axle}_right",
+            travel=outputs[travel],
+            force=outputs[force],
+            slope=float(slope),
+            offset=float(offset),
+            error=float(slope) * swing.error / swing.value,
+            closed_form=closed_form(parameters, axle, static_patch_force(preloads, axle)),
+            spring_rate=spring_rate(parameters, axle),
+        )
+    return found
+
+
+def spring_rate(parameters: Parameters, axle: str) -> float:
+    """Rate of the spring at the wheel centre: its own over the lever ratio squared (N/m)."""
+    values = parameters.flat()
+    return values[f"suspension.{axle}.spring.rate"] / values[f"suspension.{axle}.spring.lever_ratio"] ** 2
+
+
+def static_patch_force(preloads: Mapping[str, float], axle: str) -> float:
+    """Vertical force under a wheel in the design position (N): the tyre's preload, which resists and so is negative."""
+    return -preloads[f"{axle}_right_tyre_z.preload"]
+
+
+def closed_form(parameters: Parameters, axle: str, static_force: float) -> float:
+    """Slope of the vertical patch force over wheel travel at the design position, body held (N/m).
+
+    With the wheel centre C at (a, b) and the patch P at (p, r) from the arm's pivot, in the plane across the car, moments
+    about the pivot at arm angle phi give F = (k s + S) c / d: travel s = a sin phi + b cos phi - b, spring rate k, load S of
+    preload and wheel weight at C, levers c = a cos phi - b sin phi and d = p cos phi - r sin phi. As F = F0 without travel,
+    S = F0 p / a, and
+
+        dF/ds = k a / p + F0 (a r - b p) / (p a^2).
+
+    The second term is the stiffness that the static load makes because the patch lies below the wheel centre: as the wheel
+    rises, its lever shrinks by less than that of the patch.
+    """
+    values = parameters.flat()
+    pivot, centre, patch = (
+        np.array([values[f"suspension.{axle}.{point}.{axis}"] for axis in "yz"])
+        for point in ("arm_pivot", "wheel_centre", "contact_patch")
+    )
+    (a, b), (p, r) = centre - pivot, patch - pivot
+    return float(spring_rate(parameters, axle) * a / p + static_force * (a * r - b * p) / (p * a**2))
+
+
+def _free_in_the_plane(parameters: Parameters) -> dict[str, float]:
+    """The changes that let the pads move freely along and across the car."""
+    return {name: 0.0 for name in parameters if name.startswith("tyre.") and name.endswith((".x", ".y"))}

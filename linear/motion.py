@@ -1,0 +1,167 @@
+"""What moves in a mode: shares of its kinetic energy, and words for them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from chassym.linear.state_space import LinearModel
+
+Array = np.ndarray
+
+PARTICIPATES = 0.1
+"""Least share of energy for something to be said to take part."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Coordinates that an engineer has one word for.
+
+    Attributes
+    ----------
+    coordinates
+        Regular expression that matches their names in full.
+    group
+        The word for them together, a template for the match.
+    alone
+        The word for one of them by itself, a template for the match.
+    along
+        Group of the body motion along which their directions are compared; empty where each stands alone.
+    """
+
+    coordinates: re.Pattern[str]
+    group: str
+    alone: str
+    along: str = ""
+
+
+MOTIONS = (
+    Motion(re.compile(r"x"), "longitudinal", "longitudinal"),
+    Motion(re.compile(r"y"), "lateral", "lateral"),
+    Motion(re.compile(r"z|bounce|body"), "bounce", "bounce"),
+    Motion(re.compile(r"(front|rear)_torsion"), "body torsion", r"\1 body torsion", along="roll"),
+    Motion(
+        re.compile(r"(front|rear)_(left|right)_arm_angle"),
+        r"\1 wheel hop",
+        r"\1 \2 wheel hop",
+        along="bounce",
+    ),
+    Motion(re.compile(r"(front|rear)_travel"), r"\1 wheel hop", r"\1 wheel hop", along="bounce"),
+    Motion(re.compile(r"wheel"), "wheel hop", "wheel hop"),
+)
+"""Words for the coordinates of vehicles; a coordinate that none matches is called by its own name."""
+
+TRANSLATIONS = ("longitudinal", "lateral", "bounce")
+ROTATIONS = ("yaw", "pitch", "roll")
+
+
+def energy_shares(linear: LinearModel, shape: Array) -> dict[str, float]:
+    """Shares of a mode's kinetic energy by what moves; the sum is 1.
+
+    A coordinate's share is its amplitude times its generalised momentum, q_i (M q)_i / (q^T M q): the
+    momentum of an arm is that of its wheel's absolute motion, so that a wheel which stays in place under a
+    moving body has none. A share can be slightly negative, where a part lags behind what carries it.
+
+    The body's displacement is taken at its elastic centre, where a push on the tyres moves the body without
+    turning it: sideways motion at the mass centre which comes from roll about an axis near the road then
+    counts as roll.
+
+    Parameters
+    ----------
+    linear
+        The linear model.
+    shape
+        Amplitudes of the coordinates, real or complex, length n.
+
+    Returns
+    -------
+    dict of str to float
+        By the group of `MOTIONS`, in the order of the coordinates.
+    """
+    shares: dict[str, float] = {}
+    for name, share in zip(linear.coordinates, _coordinate_shares(linear, shape), strict=True):
+        group = _words(name).group
+        shares[group] = shares.get(group, 0.0) + float(share)
+    return shares
+
+
+def mode_names(linear: LinearModel, shapes: Sequence[Array]) -> tuple[str, ...]:
+    """A name for every shape: the group of coordinates that has most of the kinetic energy.
+
+    Where several coordinates of a group take part it is said whether they move the same way. Equal names are
+    told apart by what else moves, if it does so visibly, and otherwise by number.
+    """
+    names, seconds = [], []
+    for shape in shapes:
+        energy = energy_shares(linear, shape)
+        first, *others = sorted(energy, key=energy.__getitem__, reverse=True)
+        names.append(_name(linear, shape, first))
+        seconds.append(others[0] if others and energy[others[0]] >= PARTICIPATES else "")
+    return tuple(_distinct(names, seconds))
+
+
+def _distinct(names: Sequence[str], seconds: Sequence[str]) -> list[str]:
+    """Names told apart, where they are equal, by a second word or by number."""
+    found = list(names)
+    for name in set(names):
+        places = [i for i, other in enumerate(names) if other == name]
+        words = {seconds[i] for i in places}
+        told_apart = "" not in words and len(words) == len(places)
+        for number, i in enumerate(places if len(places) > 1 else [], start=1):
+            found[i] = f"{name} with {seconds[i]}" if told_apart else f"{name} {number}"
+    return found
+
+
+def _name(linear: LinearModel, shape: Array, group: str) -> str:
+    """The word for the coordinates of a group that take part, and whether they move the same way."""
+    members = _members(linear, group)
+    shares = _coordinate_shares(linear, shape)
+    active = [i for i in members if shares[i] >= PARTICIPATES * shares[members].max()]
+    words = _words(linear.coordinates[active[0]])
+    if len(active) == 1:
+        return words.alone
+    carrier = _members(linear, words.along)
+    if not carrier:
+        return group
+    # The sign of the coupling in M tells which way a coordinate moves its mass along the carrier's motion.
+    moves = shape[active] * np.sign(linear.mass[carrier[0], active])
+    return f"{group}, {'in phase' if (moves[0].conj() * moves[1:]).real.min() > 0 else 'opposite'}"
+
+
+def _members(linear: LinearModel, group: str) -> list[int]:
+    return [i for i, name in enumerate(linear.coordinates) if _words(name).group == group]
+
+
+def _coordinate_shares(linear: LinearModel, shape: Array) -> Array:
+    """Amplitude times momentum, with the body's displacement taken at its elastic centre.
+
+    With the rotations r, that displacement is p = d + N r, where d is the origin's and N = K[d, r] / K[d, d]:
+    in these coordinates no force acts along p when the body turns. The momentum that belongs to r is then
+    less by N^T times that of d.
+    """
+    momentum = (linear.mass @ shape).astype(complex)
+    moved, pushed = shape.astype(complex), momentum.copy()
+    rotations = [i for group in ROTATIONS for i in _members(linear, group)]
+    for i in (i for group in TRANSLATIONS for i in _members(linear, group)):
+        if linear.stiffness[i, i] > 0:
+            lever = linear.stiffness[i, rotations] / linear.stiffness[i, i]
+            moved[i] += lever @ shape[rotations]
+            pushed[rotations] -= lever * momentum[i]
+    shares = (moved.conj() * pushed).real
+    return shares / shares.sum()
+
+
+@cache
+def _words(coordinate: str) -> Motion:
+    """The words for a coordinate; by default its own name."""
+    for motion in MOTIONS:
+        match = motion.coordinates.fullmatch(coordinate)
+        if match:
+            group, alone = match.expand(motion.group), match.expand(motion.alone)
+            return Motion(motion.coordinates, group, alone, motion.along)
+    own = coordinate.replace("_", " ")
+    return Motion(re.compile(re.escape(coordinate)), own, own)

@@ -1,0 +1,166 @@
+"""Static equilibrium at the design position: preloads against statics by hand, for any parameters."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+import sympy
+
+from chassym.derivation import (
+    CompiledEquations,
+    EquilibriumError,
+    Linear,
+    Mechanism,
+    Model,
+    TravelPort,
+    load_model,
+    prismatic,
+    revolute,
+    vehicle_names,
+)
+from chassym.derivation.equilibrium import design_residual, solve_preloads
+from chassym.derivation.vehicles.full_car import kinematics_and_compliance_rig
+
+TOLERANCE = 1e-9  # of the weight
+
+
+def weight(model: Model) -> float:
+    """Sum of all masses times gravity (N); the torsion chain has neither."""
+    values = model.values
+    flat = {sympy.Symbol(name, real=True): value for name, value in values.items()}
+    total = sum(body.mass for body in model.mechanism.bodies) * model.mechanism.gravity
+    return float(sympy.sympify(total).subs(flat))
+
+
+def changed(model: Model, seed: int) -> Model:
+    """Multiply every parameter by a factor of its own from 0.7 to 1.4; one factor for a body's moments of inertia."""
+    generator = np.random.default_rng(seed)
+    factors: dict[str, float] = {}
+    changes: dict[str, list[float] | float] = {}
+    for name, parameter in model.parameters.items():
+        group = name.rsplit(".", 1)[0] if ".inertia." in name else name
+        value = np.multiply(parameter.value, factors.setdefault(group, generator.uniform(0.7, 1.4)))
+        changes[name] = value.tolist()
+    return model.with_parameters(changes)
+
+
+@pytest.mark.parametrize("name", vehicle_names())
+def test_built_in_vehicles_rest_at_the_design_position(name: str) -> None:
+    model = load_model(name)
+    assert np.abs(model.design_residual).max() <= TOLERANCE * weight(model)
+
+
+@pytest.mark.parametrize("name", vehicle_names())
+def test_any_parameters_rest_at_the_design_position(name: str, request: pytest.FixtureRequest) -> None:
+    model = request.getfixturevalue(name)
+    for seed in range(10):
+        variant = changed(model, seed)
+        assert np.abs(variant.design_residual).max() <= TOLERANCE * weight(variant)
+
+
+def test_body_and_wheels_stay_where_they_rest(sedan: Model) -> None:
+    """The accelerations at the design position vanish too, up to the rounding of the preloads."""
+    accelerations = sedan.accelerations(np.zeros((sedan.argument_count, 1)))
+    assert np.abs(accelerations).max() < 1e-9
+
+
+def patch_forces(model: Model) -> dict[str, float]:
+    outputs = dict(zip(model.output_names, model.outputs(np.zeros((model.argument_count, 1)))[:, 0], strict=True))
+    return {name: value for name, value in outputs.items() if "patch_force" in name}
+
+
+def statics_by_hand(values: Mapping[str, float]) -> dict[str, float]:
+    """Patch forces and spring preloads of the car from moments about the axles and about the arms' pivots."""
+    g = values["gravity"]
+    parts = [(values[f"body.{s}.mass"], values[f"body.{s}.mass_centre.x"]) for s in ("front", "middle", "rear")]
+    axles = {axle: values[f"axle.{axle}.x"] for axle in ("front", "rear")}
+    parts += [(2 * values[f"suspension.{axle}.unsprung.mass"], x) for axle, x in axles.items()]
+    wheelbase = axles["rear"] - axles["front"]
+    rear = sum(m * g * (x - axles["front"]) for m, x in parts) / wheelbase
+    on_axle = {"front": sum(m * g for m, _ in parts) - rear, "rear": rear}
+    found = {}
+    for axle, load in on_axle.items():
+        place = f"suspension.{axle}"
+        y = {p: values[f"{place}.{p}.y"] for p in ("arm_pivot", "wheel_centre", "contact_patch")}
+        lever = (y["contact_patch"] - y["arm_pivot"]) / (y["wheel_centre"] - y["arm_pivot"])
+        found[f"{axle} patch"] = load / 2
+        found[f"{axle} spring"] = load / 2 * lever - values[f"{place}.unsprung.mass"] * g
+    return found
+
+
+@pytest.mark.parametrize("seed", [None, 0, 1])
+def test_preloads_of_the_car_by_hand(sedan: Model, seed: int | None) -> None:
+    model = sedan if seed is None else changed(sedan, seed)
+    expected = statics_by_hand(model.values)
+    for axle in ("front", "rear"):
+        for side in ("left", "right"):
+            corner = f"{axle}_{side}"
+            assert model.preloads[f"{corner}_spring.preload"] == pytest.approx(expected[f"{axle} spring"], rel=1e-10)
+            assert patch_forces(model)[f"{corner}_patch_force_z"] == pytest.approx(expected[f"{axle} patch"], rel=1e-10)
+
+
+@pytest.mark.parametrize("name", ["sedan", "half_car", "quarter_car"])
+def test_patches_carry_the_weight(name: str, request: pytest.FixtureRequest) -> None:
+    model = request.getfixturevalue(name)
+    vertical = [force for output, force in patch_forces(model).items() if output.endswith("_z")]
+    assert sum(vertical) == pytest.approx(weight(model), rel=1e-12)
+
+
+def test_given_preloads_are_used(quarter_car: Model) -> None:
+    """Without preloads nothing carries the weights: the residual is the weights themselves."""
+    loose = Model(quarter_car.parameters, quarter_car.compiled, dict.fromkeys(quarter_car.preloads, 0.0))
+    value = loose.parameters.flat()
+    expected = [value["gravity"] * value[f"{part}.mass"] for part in ("sprung", "unsprung")]
+    assert loose.design_residual == pytest.approx(expected)
+
+
+def test_suspension_on_a_body_held_to_the_ground(sedan: Model) -> None:
+    """The rig's springs carry nothing: every wheel's weight and preload find their balance at its own patch."""
+    compiled = CompiledEquations(kinematics_and_compliance_rig(sedan.parameters))
+    values = sedan.parameters.flat()
+    preloads = solve_preloads(compiled, values)
+    left = design_residual(compiled, values | preloads)
+    assert np.abs(left).max() <= TOLERANCE * values["gravity"] * values["suspension.front.unsprung.mass"]
+    for corner in ("front_left", "rear_right"):
+        own_weight = values["gravity"] * values[f"suspension.{corner.split('_')[0]}.unsprung.mass"]
+        held = preloads[f"{corner}_spring.preload"] + preloads[f"{corner}_tyre_z.preload"]
+        assert held == pytest.approx(-own_weight, rel=1e-9)
+
+
+def oscillator(*, preloaded: bool, sideways: bool = False) -> Mechanism:
+    """Make a mass on a vertical slider with a spring, and if asked for a pendulum held out sideways."""
+    mechanism = Mechanism("oscillator", sympy.Symbol("g", real=True))
+    mass = mechanism.add_body("mass", mechanism.ground, prismatic("height", "z"), (0, 0, 0), mass=2.0)
+    if sideways:
+        out = revolute("swing", "y")
+        mechanism.add_body("pendulum", mechanism.ground, out, (0, 0, 0), mass=1.0, mass_centre=(0.5, 0, 0))
+    foot = TravelPort(mechanism.point("foot", mass, (0, 0, 0)), mechanism.ground, "z")
+    mechanism.add_force_element("spring", foot, Linear(sympy.Integer(100)), preloaded=preloaded)
+    return mechanism
+
+
+def test_a_preload_is_the_force_at_zero_deflection() -> None:
+    assert solve_preloads(CompiledEquations(oscillator(preloaded=True)), {"g": 9.81}) == {
+        "spring.preload": pytest.approx(-2.0 * 9.81)
+    }
+
+
+def test_a_load_that_no_preload_carries_is_refused_by_its_coordinate() -> None:
+    compiled = CompiledEquations(oscillator(preloaded=True, sideways=True))
+    with pytest.raises(EquilibriumError, match="'oscillator'.*'swing'") as caught:
+        solve_preloads(compiled, {"g": 9.81})
+    assert "\n" not in str(caught.value)
+
+
+def test_without_gravity_there_is_nothing_to_carry() -> None:
+    compiled = CompiledEquations(oscillator(preloaded=True, sideways=True))
+    assert solve_preloads(compiled, {"g": 0.0}) == {"spring.preload": 0.0}
+
+
+def test_loads_are_shared_evenly() -> None:
+    """Of two springs under one mass each carries half."""
+    mechanism = oscillator(preloaded=True)
+    foot = TravelPort(mechanism.point("second", mechanism.bodies[0], (0, 0, 0)), mechanism.ground, "z")
+    mechanism.add_force_element("second_spring", foot, Linear(sympy.Integer(900)), preloaded=True)
+    preloads = solve_preloads(CompiledEquations(mechanism), {"g": 9.81})
+    assert list(preloads.values()) == pytest.approx([-9.81, -9.81])

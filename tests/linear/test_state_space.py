@@ -1,0 +1,224 @@
+"""The linear model's matrices, signs, names and refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from chassym.derivation import Body, Model
+from chassym.linear import (
+    LinearisationError,
+    LinearModel,
+    OperatingPointError,
+    linearise,
+    to_control,
+)
+
+VEHICLES = ["sedan", "quarter_car", "half_car", "torsion_chain"]
+
+
+@pytest.fixture(params=VEHICLES)
+def linear(request: pytest.FixtureRequest) -> LinearModel:
+    return linearise(request.getfixturevalue(request.param))
+
+
+def lower_slope(left: float, right: float) -> float:
+    return min(left, right)
+
+
+def numbers(model: Model, vector: object) -> np.ndarray:
+    return np.array([float(e.subs({s: model.values[s.name] for s in e.free_symbols})) for e in vector])
+
+
+def velocity(model: Model, body: Body, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity of a place on a body and angular velocity of the body per unit rate, shape (3, n), at the design position.
+
+    There all frames are parallel: a slider moves what it carries along its axis, a hinge turns it about its origin.
+    """
+    names = [c.name for c in model.mechanism.coordinates]
+    linear, angular = np.zeros((3, len(names))), np.zeros((3, len(names)))
+    carrier: Body | None = body
+    while carrier is not None:
+        for step in carrier.joint.steps:
+            column, axis = names.index(step.coordinate.name), np.eye(3)["xyz".index(step.axis)]
+            if step.is_rotation:
+                angular[:, column] = axis
+                linear[:, column] = np.cross(axis, place - numbers(model, carrier.origin))
+            else:
+                linear[:, column] = axis
+        carrier = carrier.parent
+    return linear, angular
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_mass_matrix_is_the_sum_over_the_bodies(vehicle: str, request: pytest.FixtureRequest) -> None:
+    model = request.getfixturevalue(vehicle)
+    expected = np.zeros((model.size, model.size))
+    for body in model.mechanism.bodies:
+        linear, angular = velocity(model, body, numbers(model, body.mass_centre))
+        moments = np.diag(numbers(model, [body.inertia[i, i] for i in range(3)]))
+        expected += numbers(model, [body.mass])[0] * linear.T @ linear + angular.T @ moments @ angular
+    np.testing.assert_allclose(linearise(model).mass, expected, rtol=1e-12, atol=1e-12 * expected.max())
+
+
+def test_mass_is_positive_definite_and_stiffness_symmetric(linear: LinearModel) -> None:
+    np.testing.assert_allclose(linear.mass, linear.mass.T, rtol=1e-14)
+    assert np.linalg.eigvalsh(linear.mass)[0] > 0
+    for matrix in (linear.stiffness, linear.damping):
+        np.testing.assert_allclose(matrix, matrix.T, atol=1e-13 * np.abs(matrix).max())
+    assert np.linalg.eigvalsh(linear.damping)[0] > -1e-12 * np.abs(linear.damping).max()
+
+
+def test_pads_push_through_the_tyres(sedan: Model, sedan_linear: LinearModel) -> None:
+    """A pad's displacement acts by the tyre's stiffness, its rate by the tyre's damping, on the patch that it carries."""
+    value = sedan.parameters.flat()
+    for corner in ("front_left", "front_right", "rear_left", "rear_right"):
+        axle, side = corner.split("_")
+        place = f"suspension.{axle}.contact_patch"
+        mirror = 1 if side == "left" else -1
+        patch = np.array([value[f"axle.{axle}.x"], mirror * value[f"{place}.y"], value[f"{place}.z"]])
+        arm = next(body for body in sedan.mechanism.bodies if body.name == f"{corner}_arm")
+        moved, _ = velocity(sedan, arm, patch)
+        for row, axis in enumerate("xyz"):
+            column = sedan_linear.inputs.index(f"{corner}_pad_{axis}")
+            for matrix, rate in (
+                (sedan_linear.input_stiffness, "stiffness"),
+                (sedan_linear.input_damping, "damping"),
+            ):
+                expected = value[f"tyre.{axle}.{rate}.{axis}"] * moved[row]
+                np.testing.assert_allclose(matrix[:, column], expected, rtol=1e-12, atol=1e-9)
+
+
+def test_half_car_is_the_hand_built_one(half_car: Model, half_linear: LinearModel) -> None:
+    """M, C, K from kinetic and potential energy written out for the plane; coordinates z, pitch, travel, travel.
+
+    With a = x - xc, h = z - zc of a hub seen from the mass centre, the wheel's place is
+    (h + s) sin(pitch) + a cos(pitch) along x and z - a sin(pitch) + (h + s) cos(pitch) along z. The wheels carry the
+    body's weight, m g in all, at h: the second derivative of their height adds m g h to the pitch stiffness.
+    """
+    v = half_car.parameters.flat()
+    mass = np.diag([v["body.mass"], v["body.inertia.yy"], 0.0, 0.0])
+    stiffness, damping = np.zeros((4, 4)), np.zeros((4, 4))
+    height = -v["body.mass_centre.z"]
+    stiffness[1, 1] = v["body.mass"] * v["gravity"] * height
+    for i, axle in enumerate(("front", "rear")):
+        travel = np.eye(4)[2 + i]
+        rise = travel + [1, v["body.mass_centre.x"] - v[f"axle.{axle}.x"], 0, 0]
+        shift = np.array([0, height, 0, 0])
+        mass += v[f"axle.{axle}.mass"] * (np.outer(rise, rise) + np.outer(shift, shift))
+        spring, tyre = f"suspension.{axle}", f"tyre.{axle}"
+        stiffness += v[f"{spring}.spring.rate"] * np.outer(travel, travel)
+        stiffness += v[f"{tyre}.stiffness"] * np.outer(rise, rise)
+        damping += v[f"{spring}.damper.coefficient"] * np.outer(travel, travel)
+        damping += v[f"{tyre}.damping"] * np.outer(rise, rise)
+        np.testing.assert_allclose(half_linear.input_stiffness[:, i], v[f"{tyre}.stiffness"] * rise, rtol=1e-12)
+        np.testing.assert_allclose(half_linear.input_damping[:, i], v[f"{tyre}.damping"] * rise, rtol=1e-12)
+    for found, expected in (
+        (half_linear.mass, mass),
+        (half_linear.damping, damping),
+        (half_linear.stiffness, stiffness),
+    ):
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-13 * np.abs(expected).max())
+
+
+def test_slope_rule_combines_the_table_s_slopes_at_rest(sedan: Model) -> None:
+    value = sedan.parameters.flat()
+    mean, lower = linearise(sedan), linearise(sedan, lower_slope)
+    for axle, printed in (("front", (3912, 978)), ("rear", (1925, 740))):
+        place = f"suspension.{axle}.damper"
+        ratio = value[f"{place}.lever_ratio"] ** 2
+        rebound = value[f"{place}.force[1]"] / value[f"{place}.velocity[1]"] / ratio
+        jounce = value[f"{place}.force[3]"] / value[f"{place}.velocity[3]"] / ratio
+        np.testing.assert_allclose((rebound, jounce), printed, rtol=5e-4)
+        for side in ("left", "right"):
+            assert mean.slopes[f"{axle}_{side}_damper"] == pytest.approx((rebound + jounce) / 2, rel=1e-14)
+            assert lower.slopes[f"{axle}_{side}_damper"] == pytest.approx(jounce, rel=1e-14)
+    assert mean.slope_rule == "mean_slope" and lower.slope_rule == "lower_slope"
+    assert "mean_slope" in str(mean) and "front_left_damper 2445.11" in str(mean)
+    # The slope reaches the equations: only C changes, by the difference of slopes along the wheels' travel.
+    travel = mean.output_by_coordinates[[mean.outputs.index(f"{s[:-7]}_wheel_travel") for s in mean.slopes]]
+    less = np.array([mean.slopes[name] - lower.slopes[name] for name in mean.slopes])
+    np.testing.assert_allclose(mean.damping - lower.damping, travel.T * less @ travel, atol=1e-9)
+    np.testing.assert_array_equal(mean.stiffness, lower.stiffness)
+
+
+def test_state_matrices_satisfy_the_second_order_equations(linear: LinearModel) -> None:
+    """For random states and inputs, x' and y put back into M q'' + C q' + K q = B u + B' u' and the output equations."""
+    n, p = len(linear.coordinates), len(linear.inputs)
+    matrices = linear.state_matrices()
+    state, given = (np.random.default_rng(3).normal(size=(size, 20)) for size in (2 * n, 2 * p))
+    change = matrices.A @ state + matrices.B @ given
+    (q, rate), (u, u_rate) = np.split(state, [n]), np.split(given, [p])
+    np.testing.assert_array_equal(change[:n], rate)
+    forces = linear.mass @ change[n:] + linear.damping @ rate + linear.stiffness @ q
+    pushed = linear.input_stiffness @ u + linear.input_damping @ u_rate
+    np.testing.assert_allclose(forces, pushed, atol=1e-12 * np.abs(linear.stiffness).max())
+    measured = linear.output_by_coordinates @ q + linear.output_by_rates @ rate
+    measured += linear.output_by_accelerations @ change[n:]
+    measured += linear.output_by_inputs @ u + linear.output_by_input_rates @ u_rate
+    np.testing.assert_allclose(matrices.C @ state + matrices.D @ given, measured, rtol=1e-9, atol=1e-6)
+
+
+def test_names_and_units_go_with_the_matrices(sedan_linear: LinearModel) -> None:
+    matrices = sedan_linear.state_matrices()
+    assert matrices.state_names[:3] == ("x", "y", "z") and matrices.state_names[12:14] == ("x_rate", "y_rate")
+    assert matrices.input_names[2] == "front_left_pad_z" and matrices.input_names[14] == "front_left_pad_z_rate"
+    units = dict(zip(matrices.output_names, matrices.output_units, strict=True))
+    assert units["yaw_rate"] == "rad/s" and units["rear_left_patch_force_z"] == "N"
+    assert matrices.state_units[3] == "rad" and matrices.state_units[15] == "rad/s"
+    assert matrices.input_units[0] == "m" and matrices.input_units[12] == "m/s"
+    for matrix, rows, columns in (
+        (matrices.A, matrices.state_names, matrices.state_names),
+        (matrices.B, matrices.state_names, matrices.input_names),
+        (matrices.C, matrices.output_names, matrices.state_names),
+        (matrices.D, matrices.output_names, matrices.input_names),
+    ):
+        assert matrix.shape == (len(rows), len(columns))
+
+
+def test_control_system_has_the_same_matrices_and_names(sedan_linear: LinearModel) -> None:
+    system, matrices = to_control(sedan_linear), sedan_linear.state_matrices()
+    for name in "ABCD":
+        np.testing.assert_array_equal(getattr(system, name), getattr(matrices, name))
+    assert tuple(system.state_labels) == matrices.state_names
+    assert tuple(system.input_labels) == matrices.input_names
+    assert tuple(system.output_labels) == matrices.output_names
+    assert system.name == "full_car_mean_slope"
+    assert system.isctime(strict=True)
+
+
+def test_a_system_without_inputs_becomes_a_control_system(chain_linear: LinearModel) -> None:
+    assert to_control(chain_linear).nstates == 6
+
+
+def test_matrices_cannot_be_changed(quarter_linear: LinearModel) -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        quarter_linear.mass[0, 0] = 1.0
+
+
+def test_position_that_is_no_equilibrium_is_refused(quarter_car: Model) -> None:
+    wrong = dict(quarter_car.preloads) | {"spring.preload": quarter_car.preloads["spring.preload"] + 12.0}
+    with pytest.raises(OperatingPointError, match=r"12 N is left on coordinate '(body|wheel)'.*give no preloads") as error:
+        linearise(replace(quarter_car, given_preloads=wrong))
+    assert "\n" not in str(error.value)
+    np.testing.assert_allclose(linearise(replace(quarter_car, given_preloads=quarter_car.preloads)).residual, 0, atol=1e-9)
+
+
+def test_singular_mass_is_refused_by_the_coordinate_s_name(quarter_linear: LinearModel) -> None:
+    massless = replace(quarter_linear, mass=np.diag([356.25, 0.0]))
+    dependent = replace(quarter_linear, mass=np.array([[1.0, 2.0], [2.0, 4.0]]))
+    for linear in (massless, dependent):
+        with pytest.raises(LinearisationError, match="mass matrix of 'quarter_car' is singular: coordinate") as error:
+            linear.state_matrices()
+        assert "\n" not in str(error.value)
+    with pytest.raises(LinearisationError, match="'wheel'"):
+        massless.state_matrices()
+
+
+def test_slope_rule_without_a_finite_slope_is_refused(quarter_car: Model) -> None:
+    with pytest.raises(LinearisationError, match="slope_rule 'nowhere' gave nan for element 'damper'"):
+
+        def nowhere(left: float, right: float) -> float:
+            return float("nan")
+
+        linearise(quarter_car, nowhere)
