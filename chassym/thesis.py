@@ -7,6 +7,7 @@ the axes of the figures are, and every nominal value lies inside the axis of eac
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -15,6 +16,14 @@ METRICS: Mapping[str, tuple[str, str, str]] = {
     "vertical": ("vertical_acceleration", "pitch_rate", "roll_rate"),
 }
 """What the thesis measures in each test, peak to peak."""
+
+UNITS: Mapping[str, str] = {
+    "lateral_acceleration": "m/s^2",
+    "vertical_acceleration": "m/s^2",
+    "roll_rate": "rad/s",
+    "pitch_rate": "rad/s",
+    "yaw_rate": "rad/s",
+}
 
 PLACEMENTS = ("front", "rear", "both")
 """Where the thesis changes the body's torsional stiffness."""
@@ -29,7 +38,9 @@ class Published:
     text
         As the thesis gives it.
     low, high
-        What the text stands for: the ends of a range, or all numbers that round to a printed one. In SI.
+        What the text stands for: the ends of a range, or all numbers that round to a printed one.
+    unit
+        Unit of both.
     source
         Where in the thesis.
     """
@@ -37,19 +48,22 @@ class Published:
     text: str
     low: float
     high: float
+    unit: str
     source: str
 
 
 @dataclass(frozen=True)
 class FigureAxis:
-    """The axis on which the thesis draws one metric of a test over the stiffness at one place; SI units."""
+    """The axis on which the thesis draws one metric of a test over the stiffness at one place."""
 
     test: str
     placement: str
     metric: str
-    low: float
-    high: float
-    figure: str
+    axis: Published
+
+
+def _range(low: float, high: float, unit: str, source: str) -> Published:
+    return Published(f"{low:g} to {high:g}", low, high, unit, source)
 
 
 def _axes() -> tuple[FigureAxis, ...]:
@@ -63,7 +77,7 @@ def _axes() -> tuple[FigureAxis, ...]:
         ("vertical", "both", 16): ((0.60, 0.72), (0.010, 0.016), (0.15, 0.23)),
     }
     return tuple(
-        FigureAxis(test, placement, metric, low, high, f"figure {number}{part}")
+        FigureAxis(test, placement, metric, _range(low, high, UNITS[metric], f"figure {number}{part}"))
         for (test, placement, number), ranges in limits.items()
         for metric, part, (low, high) in zip(METRICS[test], "abc", ranges, strict=True)
     )
@@ -81,34 +95,39 @@ def nominal_range(test: str, metric: str) -> Published:
     >>> nominal_range("lateral", "lateral_acceleration").text
     '6.2 to 6.4'
     """
-    axes = [axis for axis in FIGURE_AXES if (axis.test, axis.metric) == (test, metric)]
+    axes = [drawn.axis for drawn in FIGURE_AXES if (drawn.test, drawn.metric) == (test, metric)]
     low, high = max(axis.low for axis in axes), min(axis.high for axis in axes)
-    return Published(f"{low:g} to {high:g}", low, high, f"axes of {', '.join(axis.figure for axis in axes)}")
+    figures = ", ".join(axis.source.removeprefix("figure ") for axis in axes)
+    return _range(low, high, UNITS[metric], f"axes of figures {figures}")
 
 
-FREE_TORSION_HZ = Published("30 to 40", 30.0, 40.0, "section 2.2")
-"""First torsional mode of the body alone, to which its stiffness is matched (Hz)."""
+FREE_TORSION = Published("30 to 40", 30.0, 40.0, "Hz", "section 2.2")
+"""First torsional mode of the body alone, to which its stiffness is matched."""
 
-WHEEL_RATE = Published("15.6 N/mm", 15.55e3, 15.65e3, "section 2.3, figure 7")
-"""Slope of the force over the travel of the front right wheel, body held (N/m)."""
+WHEEL_RATE = Published("15.6", 15.55, 15.65, "N/mm", "section 2.3, figure 7")
+"""Slope of the force over the travel of the front right wheel, body held."""
 
-BODY_PEAK_HZ = Published("near 1", 0.75, 1.25, "section 2.3, figure 8, steps of 0.5 Hz")
-"""Peak of the body's displacement in heave (Hz)."""
+BODY_PEAK = Published("near 1", 0.75, 1.25, "Hz", "section 2.3, figure 8, steps of 0.5 Hz")
+"""Peak of the body's displacement in heave."""
 
-WHEEL_PEAK_HZ = Published("near 9.5", 9.25, 9.75, "section 2.3, figure 8, steps of 0.5 Hz")
-"""Peak of the wheel's displacement in heave (Hz)."""
+WHEEL_PEAK = Published("near 9.5", 9.25, 9.75, "Hz", "section 2.3, figure 8, steps of 0.5 Hz")
+"""Peak of the wheel's displacement in heave."""
+
+PATCH, DAMPER, BODY = "contact patch", "damper", "body stiffness"
+
+_LATERAL, _VERTICAL = "section 3.3, figures 17 and 18", "section 3.3, figures 19 and 20"
 
 LARGEST_CHANGES: Mapping[tuple[str, str], Published] = {
-    ("lateral", "contact patch stiffness"): Published("1.41", 1.405, 1.415, "section 3.3, figures 17, 18"),
-    ("lateral", "damper"): Published("0.42", 0.415, 0.425, "section 3.3, figures 17, 18"),
-    ("lateral", "body stiffness"): Published("0.024", 0.0235, 0.0245, "section 3.3, figures 17, 18"),
-    ("vertical", "contact patch stiffness"): Published("0.18", 0.175, 0.185, "section 3.3, figures 19, 20"),
-    ("vertical", "damper"): Published("0.061", 0.0605, 0.0615, "section 3.3, figures 19, 20"),
-    ("vertical", "body stiffness"): Published("0.0005", 0.00045, 0.00055, "section 3.3, figures 19, 20"),
+    ("lateral", PATCH): Published("1.41", 1.405, 1.415, "m/s^2", _LATERAL),
+    ("lateral", DAMPER): Published("0.42", 0.415, 0.425, "m/s^2", _LATERAL),
+    ("lateral", BODY): Published("0.024", 0.0235, 0.0245, "m/s^2", _LATERAL),
+    ("vertical", PATCH): Published("0.18", 0.175, 0.185, "m/s^2", _VERTICAL),
+    ("vertical", DAMPER): Published("0.061", 0.0605, 0.0615, "m/s^2", _VERTICAL),
+    ("vertical", BODY): Published("0.0005", 0.00045, 0.00055, "m/s^2", _VERTICAL),
 }
-"""Largest change of lateral or vertical acceleration, peak to peak, for 25 % less or more of a parameter (m/s^2)."""
+"""Largest change of lateral or vertical acceleration, peak to peak, for 25 % less or more of a parameter."""
 
-DOMINANCE = Published("more than 10", 10.0, float("inf"), "section 3.3")
+DOMINANCE = Published("more than 10", 10.0, math.inf, "1", "section 3.3")
 """Effect of the contact patch, and of the damper, over that of the body stiffness: an order of magnitude."""
 
 INCREASES, DECREASES, HARDLY_CHANGES = "increases", "decreases", "hardly changes"

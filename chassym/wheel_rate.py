@@ -9,7 +9,7 @@ import numpy as np
 
 from chassym.derivation import CompiledEquations, Model, Parameters
 from chassym.derivation.vehicles.full_car import AXLES, kinematics_and_compliance_rig
-from chassym.nonlinear import rig, steady_state
+from chassym.nonlinear import SteadyState, rig, steady_state
 
 FREQUENCY_HZ = 0.1 / (2 * np.pi)
 """0.1 rad/s, slow enough for a static curve. Source: Liu 2016, section 2.3."""
@@ -77,24 +77,28 @@ def measure_wheel_rates(model: Model, *, static_load: bool = True, amplitude_m: 
         parameters = parameters.replace({"gravity": WEIGHTLESS})
     preloads = model.preloads if static_load else dict.fromkeys(model.preloads, 0.0)
     held = Model(parameters, CompiledEquations(kinematics_and_compliance_rig(parameters)), given_preloads=preloads)
-    names = {axle: (f"{axle}_right_wheel_travel", f"{axle}_right_patch_force_z") for axle in AXLES}
-    state = steady_state(held, rig.heave(FREQUENCY_HZ, amplitude_m), metrics=[name for both in names.values() for name in both])
+    travels = [f"{axle}_right_wheel_travel" for axle in AXLES]
+    state = steady_state(held, rig.heave(FREQUENCY_HZ, amplitude_m), metrics=travels)
+    return {axle: _read(held, state, axle) for axle in AXLES}
+
+
+def _read(held: Model, state: SteadyState, axle: str) -> WheelRate:
+    """The curve of one axle's right wheel and its regression line."""
     outputs = dict(zip(held.output_names, state.orbit.outputs(SAMPLES), strict=True))
-    found = {}
-    for axle, (travel, force) in names.items():
-        slope, offset = np.polyfit(outputs[travel], outputs[force], 1)
-        swing = state.peak_to_peak[force]
-        found[axle] = WheelRate(
-            wheel=f"{axle}_right",
-            travel=outputs[travel],
-            force=outputs[force],
-            slope=float(slope),
-            offset=float(offset),
-            error=float(slope) * swing.error / swing.value,
-            closed_form=closed_form(parameters, axle, static_patch_force(preloads, axle)),
-            spring_rate=spring_rate(parameters, axle),
-        )
-    return found
+    travel, force = outputs[f"{axle}_right_wheel_travel"], outputs[f"{axle}_right_patch_force_z"]
+    slope, offset = (float(number) for number in np.polyfit(travel, force, 1))
+    swing = state.peak_to_peak[f"{axle}_right_wheel_travel"]
+    force_error = state.contact.error if state.contact is not None else 0.0
+    return WheelRate(
+        wheel=f"{axle}_right",
+        travel=travel,
+        force=force,
+        slope=slope,
+        offset=offset,
+        error=slope * (swing.error / swing.value + force_error / float(np.ptp(force))),
+        closed_form=closed_form(held.parameters, axle, static_patch_force(held.preloads, axle)),
+        spring_rate=spring_rate(held.parameters, axle),
+    )
 
 
 def spring_rate(parameters: Parameters, axle: str) -> float:
@@ -118,8 +122,8 @@ def closed_form(parameters: Parameters, axle: str, static_force: float) -> float
 
         dF/ds = k a / p + F0 (a r - b p) / (p a^2).
 
-    The second term is the stiffness that the static load makes because the patch lies below the wheel centre: as the wheel
-    rises, its lever shrinks by less than that of the patch.
+    The second term is made by the static load: the patch lies below the wheel centre, and as the wheel rises the patch moves
+    outwards by more, where a smaller force balances the same load.
     """
     values = parameters.flat()
     pivot, centre, patch = (

@@ -17,17 +17,10 @@ from chassym.derivation.output import (
     PointAcceleration,
     PointDisplacement,
 )
-from chassym.derivation.parameters import (
-    Parameter,
-    ParameterDefinition,
-    ParameterError,
-    Parameters,
-    Schema,
-    load_parameters,
-    parse_parameters,
-)
+from chassym.derivation.parameters import Parameter, Parameters, load_parameters, parse_parameters
 from chassym.derivation.port import CombinedPort, JointPort, Port, TravelPort
 from chassym.derivation.program import Program
+from chassym.derivation.schema import ParameterDefinition, ParameterError, Schema
 from chassym.derivation.vehicles.library import load_model, vehicle_names
 
 __all__ = [

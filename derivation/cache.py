@@ -55,9 +55,9 @@ def key(parts: Sequence[str]) -> str:
 
 
 def fetch(name: str, build: Callable[[], Entry]) -> Entry:
-    """The entry of a name, from the disk if it is whole there, otherwise built and, where possible, stored."""
+    """The entry of a name, from the disk if it is whole there, otherwise built and if possible stored."""
     path = directory() / f"{name}.json"
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         return _decode(path.read_bytes())
     entry = build()
     with contextlib.suppress(OSError):
@@ -83,7 +83,7 @@ def _decode(data: bytes) -> Entry:
 
     Raises
     ------
-    ValueError, KeyError, TypeError
+    ValueError, KeyError, TypeError, AttributeError
         If it is not whole.
     """
     envelope = json.loads(data)

@@ -65,7 +65,7 @@ class DamperTable(Knotted):
     factor: sympy.Expr = sympy.S.One
 
     def force(self, program: Program, deflection: sympy.Expr, rate: sympy.Expr) -> sympy.Expr:
-        """The resisting force (N), free of branches: one line plus a change of slope beyond each inner knot."""
+        """The resisting force (N) without branches: a line, and a change of slope beyond each inner knot."""
         slopes = [
             program.let(self.factor * (f2 - f1) / (v2 - v1))
             for (v1, f1), (v2, f2) in pairwise(zip(self.velocities, self.forces, strict=True))
@@ -85,7 +85,9 @@ class DamperTable(Knotted):
 
     def slope(self, rate: float, values: Mapping[str, float], rule: SlopeRule) -> float:
         """Slope (N s/m): the rule combines the slopes just left and just right of the rate."""
-        velocities, forces = (np.array([_number(e, values) for e in v]) for v in (self.velocities, self.forces))
+        velocities, forces = (
+            np.array([_number(e, values) for e in v]) for v in (self.velocities, self.forces)
+        )
         slopes = _number(self.factor, values) * np.diff(forces) / np.diff(velocities)
         left, right = (np.searchsorted(velocities[1:-1], rate, side=side) for side in ("left", "right"))
         return rule(float(slopes[left]), float(slopes[right]))

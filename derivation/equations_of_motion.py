@@ -55,7 +55,7 @@ class EquationsOfMotion:
 
     @cached_property
     def arguments(self) -> tuple[sympy.Symbol, ...]:
-        """What varies along a motion: coordinates, rates, accelerations, inputs and input rates, in this order."""
+        """Coordinates, rates, accelerations, inputs and input rates, in this order."""
         coordinates, inputs = self.coordinates, self.mechanism.inputs
         return (
             *(c.position for c in coordinates),
@@ -88,20 +88,21 @@ class EquationsOfMotion:
 
     @property
     def linearisation(self) -> list[list[sympy.Expr]]:
-        """Exact derivatives of the residual, then the outputs, by all arguments, shape (n + outputs, arguments).
+        """Exact derivatives of residual and outputs, shape (n + outputs, arguments).
 
-        A characteristic with knots enters by a symbol for its slope, `Mechanism.slopes`: which slope it has at a knot
-        is a choice to be made with the numbers.
+        A characteristic with knots enters by a symbol for its slope, `Mechanism.slopes`: which slope it has
+        at a knot is a choice to be made with the numbers.
         """
         stated = {
-            self.element_forces[name]: {self.element_rates[name]: slope} for name, slope in self.mechanism.slopes.items()
+            self.element_forces[name]: {self.element_rates[name]: slope}
+            for name, slope in self.mechanism.slopes.items()
         }
         results = [*self.residual, *self.outputs.values()]
         return self.program.differentiate(results, self.arguments, stated)
 
     @property
     def knot_distances(self) -> list[sympy.Expr]:
-        """Rate less knot, for every knot of every element that has some: a sign change is a corner of its force."""
+        """Rate less knot, for every knot of every element: a sign change is a corner of its force."""
         return [
             self.program.let(self.element_rates[name] - knot)
             for name, characteristic in self.mechanism.knotted.items()

@@ -19,8 +19,9 @@ class EquilibriumError(ValueError):
 def solve_preloads(compiled: CompiledEquations, values: Mapping[str, float]) -> dict[str, float]:
     """Preloads (N or N m) with which the design position is in static equilibrium under gravity.
 
-    The residual at rest is linear in the preloads, r = r0 + A preload, and one column of A is the difference that a unit
-    preload makes. Of several solutions the one of smallest norm is taken, which shares a load evenly.
+    The residual at rest is linear in the preloads, r = r0 + A preload, and one column of A is the difference
+    that a unit preload makes. Of several solutions the one of smallest norm is taken, which shares a load
+    evenly.
 
     Raises
     ------
@@ -39,8 +40,9 @@ def solve_preloads(compiled: CompiledEquations, values: Mapping[str, float]) -> 
     if np.abs(left).max() > TOLERANCE * np.abs(start).max():
         worst = compiled.mechanism.coordinates[int(np.abs(left).argmax())]
         raise EquilibriumError(
-            f"mechanism {compiled.mechanism.name!r}: no preload holds the design position; {np.abs(left).max():.3g} is left "
-            f"on coordinate {worst.name!r}; preload an element that acts on it"
+            f"mechanism {compiled.mechanism.name!r}: no preload holds the design position; "
+            f"{np.abs(left).max():.3g} is left on coordinate {worst.name!r}; "
+            "preload an element that acts on it"
         )
     return found
 

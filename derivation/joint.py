@@ -1,4 +1,4 @@
-"""Joints: what a body may do relative to its parent, as a sequence of elementary translations and rotations."""
+"""Joints: what a body may do relative to its parent, step by step along and about single axes."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Step:
-    """One degree of freedom: a translation along, or a rotation about, an axis of the frame reached so far."""
+    """One degree of freedom: translation along, or rotation about, an axis of the frame reached so far."""
 
     coordinate: Coordinate
     axis: str
@@ -47,7 +47,9 @@ class Step:
 
     def __post_init__(self) -> None:
         if self.axis not in AXES:
-            raise MechanismError(f"joint axis of {self.coordinate.name!r}: {self.axis!r} is not one of 'x', 'y', 'z'")
+            raise MechanismError(
+                f"joint axis of {self.coordinate.name!r}: {self.axis!r} is not one of 'x', 'y', 'z'"
+            )
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import sympy
@@ -26,7 +26,7 @@ from chassym.derivation.vector import (
 
 @dataclass(frozen=True)
 class Link:
-    """One elementary step of the tree, a frame of its own; massless unless it is the last one of a body's joint."""
+    """One elementary step of the tree, a frame of its own; only the last of a joint carries the body."""
 
     parent: int | None
     offset: Vector
@@ -56,7 +56,8 @@ class Kinematics:
     """The tree of a mechanism's frames on a straight-line program.
 
     Vectors stand in the axes of the frame they belong to. Source of the recursions: relative motion of rigid
-    bodies, e.g. Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 4, written with ordinary vectors.
+    bodies, e.g. Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 4, written with ordinary
+    vectors.
     """
 
     def __init__(self, program: Program, bodies: Sequence[Body]) -> None:
@@ -127,8 +128,8 @@ class Kinematics:
         while index != stop:
             if index is None:
                 raise MechanismError(
-                    f"motion of {body.name!r} seen from {frame.name!r}: the frame must be the ground or a body "
-                    f"that {body.name!r} is jointed to, directly or through others"
+                    f"motion of {body.name!r} seen from {frame.name!r}: the frame must be the ground or a "
+                    f"body that {body.name!r} is jointed to, directly or through others"
                 )
             links.append(self.links[index])
             index = self.links[index].parent
@@ -145,6 +146,20 @@ class Kinematics:
         for link in reversed(self.path(body, frame)):
             a = self.to_child(link, a)
         return a
+
+    def to_ground(self, index: int | None) -> Iterator[Link]:
+        """A link and all between it and the ground."""
+        while index is not None:
+            yield self.links[index]
+            index = self.links[index].parent
+
+    def mass_centre(self, index: int) -> Vector:
+        """Mass centre of a link's body in the link's frame; the origin for a link without a body."""
+        body = self.links[index].body
+        if body is None:
+            return ZERO
+        pairs = zip(body.mass_centre, body.origin, strict=True)
+        return vector([self.program.let(a - b) for a, b in pairs])
 
     def arm(self, point: Point) -> Vector:
         """Position of a point in its own body's frame."""
@@ -170,13 +185,16 @@ class Kinematics:
             position = add(program, position, self.displacement(link))
         return position, velocity
 
-    def accelerations(self, second_derivative: Callable[[Coordinate], sympy.Expr], base: Vector) -> list[Acceleration]:
+    def accelerations(
+        self, second_derivative: Callable[[Coordinate], sympy.Expr], base: Vector
+    ) -> list[Acceleration]:
         """Acceleration of every link's frame.
 
         Parameters
         ----------
         second_derivative
-            What stands for a coordinate's acceleration: its symbol, or zero for the velocity-dependent part alone.
+            What stands for a coordinate's acceleration: its symbol, or zero for the velocity-dependent part
+            alone.
         base
             Acceleration given to the ground (m/s^2): minus gravity's makes weights appear as inertial forces.
         """
@@ -188,7 +206,11 @@ class Kinematics:
         return found
 
     def _acceleration(
-        self, index: int, link: Link, parent: Acceleration, second_derivative: Callable[[Coordinate], sympy.Expr]
+        self,
+        index: int,
+        link: Link,
+        parent: Acceleration,
+        second_derivative: Callable[[Coordinate], sympy.Expr],
     ) -> Acceleration:
         program = self.program
         angular = self.to_child(link, parent.angular)

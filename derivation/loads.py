@@ -51,8 +51,8 @@ class Loads:
 def project(kinematics: Kinematics, wrenches: list[Wrench]) -> dict[Coordinate, sympy.Expr]:
     """Bring wrenches on the links down the tree: what reaches each coordinate.
 
-    The virtual work of a wrench under a joint's virtual displacement is its component along the joint's axis, and
-    every link passes on what its children hand it.
+    The virtual work of a wrench under a joint's virtual displacement is its component along the joint's axis,
+    and every link passes on what its children hand it.
     """
     carried = list(wrenches)
     found: dict[Coordinate, sympy.Expr] = {}

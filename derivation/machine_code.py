@@ -1,6 +1,7 @@
-"""Straight-line programs as machine code: LLVM's assembly language written out, compiled and linked by llvmlite.
+"""Straight-line programs as machine code: LLVM assembly written out, compiled and linked by llvmlite.
 
-Every statement works on `LANES` samples at once, so that a batch of samples runs on the processor's vector units.
+Every statement works on `LANES` samples at once, so that a batch of samples runs on the processor's vector
+units.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ class UnsupportedExpressionError(NotImplementedError):
 def assembly(kernels: Sequence[Kernel]) -> str:
     """LLVM assembly of several kernels, as one module.
 
-    Every function takes the addresses of its inputs, constants and results, the number of samples (a multiple of
-    `LANES`) and the distance between rows of the inputs and results, both in numbers of float64.
+    Every function takes the addresses of its inputs, constants and results, the number of samples (a multiple
+    of `LANES`) and the distance between rows of the inputs and results, both in numbers of float64.
 
     Raises
     ------
@@ -103,6 +104,7 @@ def processor() -> str:
 
 
 _VECTOR = f"<{LANES} x double>"
+_PARAMETERS = "ptr noalias %x, ptr noalias %c, ptr noalias %y, i64 %count, i64 %stride"
 _BOOLEAN = f"<{LANES} x i1>"
 _UNARY = {"sin": "sin", "cos": "cos", "exp": "exp", "log": "log", "Abs": "fabs", "sqrt": "sqrt"}
 _DECLARATIONS = [
@@ -127,10 +129,12 @@ def _function(kernel: Kernel) -> str:
     body = _Body(kernel)
     for symbol, expression in kernel.definitions.items():
         body.values[symbol] = body.operand(expression)
-    stores = [body.store(row, body.operand(sympy.sympify(result))) for row, result in enumerate(kernel.results)]
+    stores = [
+        body.store(row, body.operand(sympy.sympify(result))) for row, result in enumerate(kernel.results)
+    ]
     return "\n".join(
         [
-            f"define void @{kernel.name}(ptr noalias %x, ptr noalias %c, ptr noalias %y, i64 %count, i64 %stride) {{",
+            f"define void @{kernel.name}({_PARAMETERS}) {{",
             "entry:",
             *body.prologue,
             "  br label %loop",
@@ -248,7 +252,9 @@ class _Body:
         if exponent == sympy.Rational(1, 2):
             return self._call("sqrt", self.operand(base))
         if not exponent.is_Integer:
-            raise UnsupportedExpressionError(f"the power {expression} has no machine code; use integers or 1/2")
+            raise UnsupportedExpressionError(
+                f"the power {expression} has no machine code; use integers or 1/2"
+            )
         factor = self.operand(base)
         product = factor
         for _ in range(int(exponent) - 1):

@@ -91,10 +91,12 @@ class Mechanism:
         mass_centre: Sequence[sympy.Expr | float] | None = None,
         inertia: Sequence[sympy.Expr | float] = (0, 0, 0),
     ) -> Body:
-        """Add a body; its mass centre is the joint unless given, its inertia three principal moments (x, y, z)."""
+        """Add a body; mass centre at the joint unless given, inertia as principal moments (x, y, z)."""
         self._claim(name)
         if parent is not self.ground and parent not in self.bodies:
-            raise MechanismError(f"body {name!r}: its parent {parent.name!r} is not in mechanism {self.name!r}; add it first")
+            raise MechanismError(
+                f"body {name!r}: its parent {parent.name!r} is not in mechanism {self.name!r}; add it first"
+            )
         for step in joint.steps:
             self._claim(step.coordinate.name)
         centre = vector(origin if mass_centre is None else mass_centre)
@@ -106,7 +108,9 @@ class Mechanism:
     def point(self, name: str, body: Body, position: Sequence[sympy.Expr | float]) -> Point:
         """A point fixed to a body, by its design position."""
         if body is not self.ground and body not in self.bodies:
-            raise MechanismError(f"point {name!r}: body {body.name!r} is not in mechanism {self.name!r}; add it first")
+            raise MechanismError(
+                f"point {name!r}: body {body.name!r} is not in mechanism {self.name!r}; add it first"
+            )
         return Point(name, body, vector(position))
 
     def add_input(self, name: str, unit: str) -> Input:
@@ -118,7 +122,7 @@ class Mechanism:
     def add_force_element(
         self, name: str, port: Port, characteristic: Characteristic, *, preloaded: bool = False
     ) -> ForceElement:
-        """Add a force law at a port; a preloaded one carries the constant force that the design position needs."""
+        """Add a force law at a port, with the constant force that holds the design position if preloaded."""
         self._claim(name)
         preload = sympy.Symbol(f"{name}.preload", real=True) if preloaded else None
         self.elements.append(ForceElement(name, port, characteristic, preload))
@@ -131,5 +135,7 @@ class Mechanism:
 
     def _claim(self, name: str) -> None:
         if name in self._names or name == "ground":
-            raise MechanismError(f"mechanism {self.name!r}: the name {name!r} is taken; every part needs its own")
+            raise MechanismError(
+                f"mechanism {self.name!r}: the name {name!r} is taken; every part needs its own"
+            )
         self._names.add(name)

@@ -12,7 +12,8 @@ from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.equilibrium import design_residual, solve_preloads
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.numeric import BoundFunction, CompiledEquations
-from chassym.derivation.parameters import ParameterError, Parameters
+from chassym.derivation.parameters import Parameters
+from chassym.derivation.schema import ParameterError
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class Model:
         for name in self.parameters.flat().keys() ^ changed.flat().keys():
             table = name.partition("[")[0]
             raise ParameterError(
-                f"override: {table}: received {len(changed[table].value)} entries, expected "
-                f"{len(self.parameters[table].value)}; load the model with a table of another length"
+                f"override: {table}: received {np.size(changed[table].value)} entries, expected "
+                f"{np.size(self.parameters[table].value)}; load the model with a table of another length"
             )
         return replace(self, parameters=changed)
 

@@ -21,7 +21,9 @@ from chassym.derivation.program import Program
 from chassym.derivation.structure import describe
 
 Array = np.ndarray
-_SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)
+_SIGNATURE = ctypes.CFUNCTYPE(
+    None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64
+)
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,9 @@ class BoundFunction:
         padded[:, :count] = arguments
         padded[:, count:] = arguments[:, -1:]
         results = np.empty((len(self.rows), stride))
-        self.function._kernel(padded.ctypes.data, self._constants.ctypes.data, results.ctypes.data, filled, stride)
+        self.function._kernel(
+            padded.ctypes.data, self._constants.ctypes.data, results.ctypes.data, filled, stride
+        )
         return results[:, :count]
 
     def single(self, size: int) -> Callable[[Array], Array]:
@@ -144,7 +148,7 @@ def _matrix(rows: Sequence[Sequence[sympy.Expr]]) -> _Results:
 
 
 class CompiledEquations:
-    """The functions of a mechanism, each derived and compiled when first asked for, or taken from the disk cache."""
+    """The functions of a mechanism, derived and compiled when first asked for, or taken from disk."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -216,7 +220,9 @@ def _build(equations: EquationsOfMotion, results: _Results) -> cache.Entry:
     used = _free_symbols([*varying.values(), *results.entries]) - set(arguments) - set(varying)
     constants = {symbol: row for row, symbol in enumerate(sorted(used, key=lambda s: s.name))}
     needed = program.required(list(constants))
-    names = sorted(_free_symbols([*needed.values(), *constants]) - set(program.definitions), key=lambda s: s.name)
+    names = sorted(
+        _free_symbols([*needed.values(), *constants]) - set(program.definitions), key=lambda s: s.name
+    )
     rows = {symbol: row for row, symbol in enumerate(names)}
     prologue = Kernel("constants", rows, {}, {s: fixed[s] for s in needed}, list(constants))
     kernel = Kernel("kernel", arguments, constants, varying, results.entries)
@@ -230,7 +236,7 @@ def _build(equations: EquationsOfMotion, results: _Results) -> cache.Entry:
 def _separate(
     program: Program, results: Sequence[sympy.Expr], arguments: Mapping[sympy.Symbol, int]
 ) -> tuple[dict[sympy.Symbol, sympy.Expr], dict[sympy.Symbol, sympy.Expr]]:
-    """The assignments that results need, apart: those of parameters alone and those that vary along a motion."""
+    """The assignments that results need: those of parameters alone, and those that vary along a motion."""
     fixed: dict[sympy.Symbol, sympy.Expr] = {}
     varying: dict[sympy.Symbol, sympy.Expr] = {}
     for symbol, expression in program.required(results).items():

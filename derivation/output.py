@@ -56,7 +56,7 @@ class PointDisplacement(Output):
 
 @dataclass(frozen=True, eq=False)
 class PointAcceleration(Output):
-    """Acceleration of a point relative to the ground, component along an axis of a frame: the ground or its body."""
+    """Acceleration of a point relative to the ground, in the axes of the ground or of its body."""
 
     point: Point
     axis: str
@@ -75,7 +75,7 @@ class PointAcceleration(Output):
 
 @dataclass(frozen=True, eq=False)
 class AngularVelocity(Output):
-    """Angular velocity of a body relative to the ground, component along an axis of a frame: the ground or itself."""
+    """Angular velocity of a body relative to the ground, in the axes of the ground or its own."""
 
     body: Body
     axis: str
@@ -109,7 +109,7 @@ class Deflection(Output):
 
 @dataclass(frozen=True, eq=False)
 class ContactForce(Output):
-    """Force with which a support pushes on an element's point: the opposite of the element's resisting force."""
+    """Force of a support on an element's point: the opposite of the element's resisting force."""
 
     element: str
     unit = "N"

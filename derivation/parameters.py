@@ -20,7 +20,34 @@ from pathlib import Path
 from typing import Any
 
 from chassym.derivation.quantity import Value, parse_quantity, shown, si_value
-from chassym.derivation.schema import ParameterDefinition, ParameterError, Schema, refusal
+from chassym.derivation.schema import (
+    ANY,
+    INCREASING,
+    NONNEGATIVE,
+    POSITIVE,
+    Domain,
+    ParameterDefinition,
+    ParameterError,
+    Schema,
+    refusal,
+)
+
+__all__ = [
+    "ANY",
+    "INCREASING",
+    "NONNEGATIVE",
+    "POSITIVE",
+    "Domain",
+    "Parameter",
+    "ParameterDefinition",
+    "ParameterError",
+    "Parameters",
+    "Schema",
+    "Value",
+    "load_parameters",
+    "parse_assignment",
+    "parse_parameters",
+]
 
 _TEXT_FIELDS = ("unit", "description", "source")
 _FIELDS = ("value", *_TEXT_FIELDS, "reading")

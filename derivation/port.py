@@ -1,4 +1,4 @@
-"""Ports: where a force element attaches, as a deflection, its rate and what a force there does to the bodies."""
+"""Ports: where a force element attaches, as a deflection, its rate and the work that a force does there."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class Port(ABC):
 class TravelPort(Port):
     """Travel of a point along an axis of a frame, less the prescribed travel of what it is attached to.
 
-    The frame is the ground or a body that the point's body is jointed to. The reaction acts on the frame's body at
-    the place where the point is, so that action and reaction do exactly the work -F ds.
+    The frame is the ground or a body that the point's body is jointed to. The reaction acts on the frame's
+    body at the place where the point is, so that action and reaction do exactly the work -F ds.
     """
 
     point: Point
@@ -54,7 +54,9 @@ class TravelPort(Port):
         """The deflection (m)."""
         i = AXES[self.axis]
         design = self.point.position[i] - self.frame.origin[i]
-        moved = kinematics.program.let(kinematics.position(self.point, self.frame)[i] - kinematics.program.let(design))
+        moved = kinematics.program.let(
+            kinematics.position(self.point, self.frame)[i] - kinematics.program.let(design)
+        )
         return moved if self.input is None else kinematics.program.let(moved - self.input.position)
 
     def rate(self, kinematics: Kinematics) -> sympy.Expr:

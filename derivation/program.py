@@ -12,9 +12,9 @@ Tangent = dict[sympy.Symbol, sympy.Expr]
 class Program:
     """An ordered list of assignments ``symbol = expression`` in which equal expressions are stated once.
 
-    A quantity of a large model, written out in its coordinates, has hundreds of thousands of terms. Here every
-    intermediate result gets a name, and what is built from it mentions that name only. Expressions remain ordinary
-    sympy objects; `expand` writes them out again where they are small enough to read.
+    A quantity of a large model, written out in its coordinates, has hundreds of thousands of terms. Here
+    every intermediate result gets a name, and what is built from it mentions that name only. Expressions
+    remain ordinary sympy objects; `expand` writes them out again where they are small enough to read.
 
     Examples
     --------
@@ -37,7 +37,7 @@ class Program:
         return self._definitions
 
     def let(self, expression: sympy.Expr | int) -> sympy.Expr:
-        """Name an expression and return its name, times a number where only that is new; atoms are returned as they are."""
+        """Name an expression and return its name; atoms and multiples of a name stay as they are."""
         expression = sympy.sympify(expression)
         coefficient, rest = expression.as_coeff_Mul()
         if rest.is_Atom:
@@ -86,8 +86,8 @@ class Program:
     ) -> list[list[sympy.Expr]]:
         """Exact derivatives of results by variables, as further assignments of this program.
 
-        Forward accumulation (Griewank and Walther, Evaluating Derivatives, 2nd ed., section 3.1), with structural
-        zeros left out.
+        Forward accumulation (Griewank and Walther, Evaluating Derivatives, 2nd ed., section 3.1), with
+        structural zeros left out.
 
         Parameters
         ----------

@@ -14,8 +14,9 @@ def solve_tree(
 ) -> list[sympy.Expr]:
     """Solve M x = b for a symmetric positive definite M by the factorisation M = L^T D L.
 
-    Elimination runs from the last coordinate, a leaf of the tree, to the first: the zeros that the branches leave in
-    the mass matrix stay zeros (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 6.5). No pivoting is needed.
+    Elimination runs from the last coordinate, a leaf of the tree, to the first: the zeros that the branches
+    leave in the mass matrix stay zeros (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 6.5). No
+    pivoting is needed.
     """
     n = len(right)
     rows = [list(row) for row in matrix]

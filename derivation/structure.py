@@ -19,7 +19,7 @@ def describe(mechanism: Mechanism) -> tuple[str, set[type]]:
 
 
 def _fields(part: object, classes: set[type]) -> str:
-    """A part by its class and fields; other parts inside it by their names, points by name, body and place."""
+    """A part by its class and fields; other parts inside it by name, points by name, body and place."""
     classes.add(type(part))
     listed = ", ".join(f"{f.name}={_value(getattr(part, f.name), classes)}" for f in fields(part))  # type: ignore[arg-type]
     return f"{type(part).__module__}.{type(part).__qualname__}({listed})"

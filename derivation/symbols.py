@@ -30,7 +30,7 @@ class ParameterSymbols:
         return sympy.Symbol(name, real=True)
 
     def vector(self, name: str, components: str = "xyz") -> Vector:
-        """A vector parameter ``name.x``, ``name.y``, ``name.z``; components not listed are zero by construction."""
+        """A vector parameter; components that are not listed are zero by construction."""
         return vector([self(f"{name}.{axis}") if axis in components else 0 for axis in "xyz"])
 
     def table(self, name: str) -> tuple[sympy.Symbol, ...]:

@@ -122,7 +122,8 @@ class AxisRotation:
         """Components in the parent frame of a symmetric tensor given in the child frame.
 
         For the axis i and the other two j, k let h = s (T_kk - T_jj) - 2 c T_jk. Then T_jj' = T_jj + s h,
-        T_kk' = T_kk - s h and T_jk' = -T_jk - c h, by the double-angle formulas; (T_ij, T_ik) turns as a vector.
+        T_kk' = T_kk - s h and T_jk' = -T_jk - c h, by the double-angle formulas; (T_ij, T_ik) turns as a
+        vector.
         """
         i, j, k = self._others()
         t = tensor.rows()

@@ -80,13 +80,13 @@ def undamped_modes(linear: LinearModel) -> UndampedModes:
     """
     squared, shapes = _principal_axes(linear)
     if squared[0] < 0:
-        falls = mode_names(linear, [shapes[:, 0]])[0]
+        falls = mode_names(linear, [shapes[:, 0]], [False])[0]
         raise LinearisationError(
             f"{linear.name!r} falls over in {falls!r}: its stiffness there is negative; stiffen its springs, "
             "or use damped_modes"
         )
     columns = [_normalised(linear, shape) for shape in shapes.T]
-    names = mode_names(linear, columns)
+    names = mode_names(linear, columns, [True] * len(columns))
     energy = tuple(energy_shares(linear, shape) for shape in columns)
     return UndampedModes(np.sqrt(squared) / (2 * np.pi), np.array(columns).T, names, energy)
 
@@ -112,7 +112,8 @@ def damped_modes(linear: LinearModel) -> tuple[Mode, ...]:
     found += [(values[i], vectors[: len(axes), i]) for i in flexible if values[i].imag >= 0]
     found.sort(key=lambda pair: abs(pair[0]))
     shapes = [_normalised(linear, shape) for _, shape in found]
-    named = zip(mode_names(linear, shapes), found, shapes, strict=True)
+    names = mode_names(linear, shapes, [value.imag > 0 or value == 0 for value, _ in found])
+    named = zip(names, found, shapes, strict=True)
     return tuple(_mode(linear, name, value, shape) for name, (value, _), shape in named)
 
 

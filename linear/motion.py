@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -14,7 +15,10 @@ from chassym.linear.state_space import LinearModel
 Array = np.ndarray
 
 PARTICIPATES = 0.1
-"""Least share of energy for something to be said to take part."""
+"""Least energy, as part of the largest one in its group, for a coordinate to be said to take part."""
+
+SPEAKS = 0.25
+"""Least share of a mode's energy for a group to name it before another one that has more."""
 
 
 @dataclass(frozen=True)
@@ -89,31 +93,49 @@ def energy_shares(linear: LinearModel, shape: Array) -> dict[str, float]:
     return shares
 
 
-def mode_names(linear: LinearModel, shapes: Sequence[Array]) -> tuple[str, ...]:
+def mode_names(linear: LinearModel, shapes: Sequence[Array], oscillates: Sequence[bool]) -> tuple[str, ...]:
     """A name for every shape: the group of coordinates that has most of the kinetic energy.
 
-    Where several coordinates of a group take part it is said whether they move the same way. Equal names are
-    told apart by what else moves, if it does so visibly, and otherwise by number.
+    Where two modes share two motions almost evenly, sideways and yaw say, both may have most of it in the
+    same one. A group therefore names no more oscillations than it has coordinates, those with the largest
+    shares, and the next one is named by its second largest share. Decays are named by their largest share.
+    Where several coordinates of a group take part it is said whether they move the same way. Names that are
+    still equal are numbered.
+
+    Parameters
+    ----------
+    linear
+        The linear model.
+    shapes
+        Amplitudes of the coordinates, length n each.
+    oscillates
+        Whether the mode is an oscillation.
     """
-    names, seconds = [], []
-    for shape in shapes:
-        energy = energy_shares(linear, shape)
-        first, *others = sorted(energy, key=energy.__getitem__, reverse=True)
-        names.append(_name(linear, shape, first))
-        seconds.append(others[0] if others and energy[others[0]] >= PARTICIPATES else "")
-    return tuple(_distinct(names, seconds))
+    energies = [energy_shares(linear, shape) for shape in shapes]
+    groups = [max(energy, key=energy.__getitem__) for energy in energies]
+    room = Counter(_words(name).group for name in linear.coordinates)
+    claims = [
+        (share, i, group) for i, e in enumerate(energies) if oscillates[i] for group, share in e.items()
+    ]
+    named = set()
+    for share, index, group in sorted(claims, reverse=True):
+        if share >= SPEAKS and room[group] and index not in named:
+            named.add(index)
+            room[group] -= 1
+            groups[index] = group
+    return tuple(
+        _numbered([_name(linear, shape, group) for shape, group in zip(shapes, groups, strict=True)])
+    )
 
 
-def _distinct(names: Sequence[str], seconds: Sequence[str]) -> list[str]:
-    """Names told apart, where they are equal, by a second word or by number."""
-    found = list(names)
-    for name in set(names):
-        places = [i for i, other in enumerate(names) if other == name]
-        words = {seconds[i] for i in places}
-        told_apart = "" not in words and len(words) == len(places)
-        for number, i in enumerate(places if len(places) > 1 else [], start=1):
-            found[i] = f"{name} with {seconds[i]}" if told_apart else f"{name} {number}"
-    return found
+def _numbered(names: Sequence[str]) -> list[str]:
+    """Names with a number where they are equal."""
+    often, seen = Counter(names), Counter[str]()
+    numbered = []
+    for name in names:
+        seen[name] += 1
+        numbered.append(f"{name} {seen[name]}" if often[name] > 1 else name)
+    return numbered
 
 
 def _name(linear: LinearModel, shape: Array, group: str) -> str:

@@ -41,10 +41,14 @@ class Harmonic:
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.frequency_hz) and self.frequency_hz > 0):
-            raise ExcitationError(f"frequency: {self.frequency_hz!r} Hz received; a positive finite number is needed")
+            raise ExcitationError(
+                f"frequency: {self.frequency_hz!r} Hz received; a positive finite number is needed"
+            )
         for name, amplitude in self.amplitudes.items():
             if not np.isfinite(amplitude):
-                raise ExcitationError(f"amplitude of {name!r}: {amplitude!r} received; a finite number is needed")
+                raise ExcitationError(
+                    f"amplitude of {name!r}: {amplitude!r} received; a finite number is needed"
+                )
 
     @property
     def angular_frequency(self) -> float:
@@ -71,5 +75,7 @@ class Harmonic:
         names = [u.name for u in model.mechanism.inputs]
         for name in self.amplitudes:
             if name not in names:
-                raise ExcitationError(f"input {name!r}: {model.mechanism.name} has {', '.join(names) or 'no inputs'}")
+                raise ExcitationError(
+                    f"input {name!r}: {model.mechanism.name} has {', '.join(names) or 'no inputs'}"
+                )
         return np.array([self.amplitudes.get(name, 0) for name in names], dtype=complex)

@@ -1,4 +1,4 @@
-"""Floquet multipliers: does a small deviation from a periodic orbit die out?"""
+"""Floquet multipliers: whether small deviations from a periodic orbit die out."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from chassym.nonlinear.orbit import Orbit
 def monodromy(orbit: Orbit, steps: int = 256) -> np.ndarray:
     """The map of small deviations from phase zero over one period, shape (2 n, 2 n).
 
-    The variational equation x' = A(t) x is integrated by the implicit midpoint rule, x+ = (1 - hA/2)^-1 (1 + hA/2) x, which
-    keeps undamped deviations undamped: their multipliers stay on the unit circle at any step (Hairer, Lubich and Wanner,
-    Geometric Numerical Integration, 2nd ed., section VI.4).
+    The variational equation x' = A(t) x is integrated by the implicit midpoint rule, x+ = (1 - hA/2)^-1 (1 +
+    hA/2) x, which keeps undamped deviations undamped: their multipliers stay on the unit circle at any step
+    (Hairer, Lubich and Wanner, Geometric Numerical Integration, 2nd ed., section VI.4).
     """
     n = orbit.model.size
     function = orbit.model.residual_jacobian

@@ -6,14 +6,14 @@ import numpy as np
 
 
 def samples(coefficients: np.ndarray, count: int) -> np.ndarray:
-    """Values at `count` equidistant phases, shape (signals, count), from coefficients, shape (signals, H + 1)."""
+    """Values at `count` equidistant phases, shape (signals, count), of coefficients (signals, H + 1)."""
     spectrum = 0.5 * count * coefficients
     spectrum[:, 0] = count * coefficients[:, 0].real
     return np.fft.irfft(spectrum, count, axis=1)
 
 
 def coefficients(values: np.ndarray, harmonics: int) -> np.ndarray:
-    """Coefficients up to a harmonic, shape (signals, H + 1), of equidistant samples, shape (signals, count)."""
+    """Coefficients, shape (signals, H + 1), of equidistant samples, shape (signals, count)."""
     found = 2.0 / values.shape[1] * np.fft.rfft(values, axis=1)[:, : harmonics + 1]
     found[:, 0] = 0.5 * found[:, 0].real
     return found

@@ -1,7 +1,7 @@
 """Harmonic balance: the periodic orbit of the full nonlinear equations, found without waiting for transients.
 
-The residual M q'' + h - Q is evaluated along the orbit and balanced harmonic by harmonic (alternating frequency-time
-method; Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems, 2019, chapter 2).
+The residual M q'' + h - Q is evaluated along the orbit and balanced harmonic by harmonic (alternating
+frequency-time method; Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems, 2019, chapter 2).
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def balance_residual(orbit: Orbit) -> np.ndarray:
 
 
 def relative_correction(change: np.ndarray, coefficients: np.ndarray) -> float:
-    """Size of a correction of the rates, relative to the rates, or to a nanometre per radian of phase if they are less."""
+    """Size of a correction of the rates, relative to the rates or to a nanometre if they are less."""
     orders = np.arange(coefficients.shape[1])
     scale = max(np.abs(orders * coefficients).max(), 1e-9)
     return float(np.abs(np.maximum(orders, 1) * change).max() / scale)
@@ -129,9 +129,9 @@ def at_rest(model: Model, excitation: Harmonic, harmonics: int) -> Orbit:
 class Extension:
     """Balances many more harmonics than a Newton iteration could carry, by a chord iteration.
 
-    The low harmonics are corrected by the exact Jacobian of the solved balance; a high one by the mean mass, damping and
-    stiffness along the orbit, because inertia dominates it: what couples it to others is smaller by the order of the
-    harmonic. Each iteration costs one evaluation of the residual.
+    The low harmonics are corrected by the exact Jacobian of the solved balance; a high one by the mean mass,
+    damping and stiffness along the orbit, because inertia dominates it: what couples it to others is smaller
+    by the order of the harmonic. Each iteration costs one evaluation of the residual.
     """
 
     def __init__(self, balance: Balance) -> None:
@@ -175,7 +175,7 @@ class Extension:
         return change
 
     def _mean_receptance(self, harmonics: int) -> np.ndarray:
-        """Inverse of the mean dynamic stiffness of every harmonic above the low ones, shape (harmonics, n, n)."""
-        orders = np.arange(self._low.harmonics + 1, harmonics + 1)[:, None, None]
-        orders = orders * self._low.excitation.angular_frequency
-        return np.linalg.inv(self._stiffness + 1j * orders * self._damping - orders**2 * self._mass)
+        """Inverse of the mean dynamic stiffness of every high harmonic, shape (harmonics, n, n)."""
+        orders = np.arange(self._low.harmonics + 1, harmonics + 1)
+        s = 1j * self._low.excitation.angular_frequency * orders[:, None, None]
+        return np.linalg.inv(self._stiffness + s * self._damping + s**2 * self._mass)

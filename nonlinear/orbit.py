@@ -1,4 +1,4 @@
-"""A periodic orbit: the Fourier series of the coordinates under a harmonic excitation, and what moves on it."""
+"""A periodic orbit: the coordinates' Fourier series under a harmonic excitation, and what moves on it."""
 
 from __future__ import annotations
 
@@ -60,9 +60,10 @@ class Orbit:
         return self.with_accelerations(moved, inputs)
 
     def with_accelerations(self, moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """Arguments from coordinates and rates, and inputs and their rates, with accelerations from the equations.
+        """Arguments from coordinates, rates and inputs, with accelerations from the equations.
 
-        They converge faster than those of the series, which has to imitate the corners that the knots of a table make.
+        They converge faster than those of the series, which has to imitate the corners that the knots of a
+        table make.
         """
         still = np.zeros((self.model.size, moved.shape[1]))
         arguments = np.concatenate([moved, still, inputs])
@@ -71,7 +72,9 @@ class Orbit:
 
     def sampled(self, count: int) -> np.ndarray:
         """Arguments at equidistant phases with accelerations from the equations of motion."""
-        return self.with_accelerations(fourier.samples(self._motion, count), fourier.samples(self._inputs, count))
+        return self.with_accelerations(
+            fourier.samples(self._motion, count), fourier.samples(self._inputs, count)
+        )
 
     def outputs(self, count: int) -> np.ndarray:
         """Every output at equidistant phases of one period, shape (outputs, count)."""

@@ -13,14 +13,17 @@ _REFINEMENTS = 4
 def extremes(orbit: Orbit, rows: list[int], count: int) -> tuple[np.ndarray, np.ndarray]:
     """Smallest and largest value of some outputs over one period, each shape (len(rows),).
 
-    The best of `count` samples brackets an extreme; the bracket is then sampled again and shrinks eightfold each time.
-    That needs no derivative, so it finds the tip of a corner as well as the top of a smooth wave.
+    The best of `count` samples brackets an extreme; the bracket is then sampled again and shrinks eightfold
+    each time. That needs no derivative, so it finds the tip of a corner as well as the top of a smooth wave.
     """
     values = orbit.outputs(count)[rows]
     spacing = 2 * np.pi / count
     lowest, highest = values.argmin(axis=1) * spacing, values.argmax(axis=1) * spacing
     signs = np.repeat([-1.0, 1.0], len(rows))
-    centres, best = np.concatenate([lowest, highest]), np.concatenate([-values.min(axis=1), values.max(axis=1)])
+    centres, best = (
+        np.concatenate([lowest, highest]),
+        np.concatenate([-values.min(axis=1), values.max(axis=1)]),
+    )
     each, both = np.arange(2 * len(rows)), np.array([*rows, *rows])
     for _ in range(_REFINEMENTS):
         offsets = spacing * np.linspace(-1.0, 1.0, _POINTS)

@@ -78,8 +78,8 @@ def simulate(
 ) -> Simulation:
     """Integrate the equations of motion by SciPy's DOP853.
 
-    A step in which a rate passes a knot of its table ends at the knot, found on the step's interpolant, and the integration
-    restarts there, so that no step spans a corner of a force.
+    A step in which a rate passes a knot of its table ends at the knot, found on the step's interpolant, and
+    the integration restarts there, so that no step spans a corner of a force.
 
     Parameters
     ----------
@@ -95,7 +95,9 @@ def simulate(
     SimulationError
         If the integrator cannot go on.
     """
-    return _Integration(model, excitation, relative_tolerance).run(np.asarray(time_s, dtype=float), start, progress)
+    return _Integration(model, excitation, relative_tolerance).run(
+        np.asarray(time_s, dtype=float), start, progress
+    )
 
 
 def _arguments(model: Model, excitation: Harmonic, time_s: np.ndarray, states: np.ndarray) -> np.ndarray:
@@ -145,8 +147,8 @@ class _Integration:
             message = solver.step()
             if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
                 raise SimulationError(
-                    f"integration stopped at {solver.t:.6g} s: {message or 'the motion is no longer finite'}; "
-                    "check the excitation's amplitude"
+                    f"integration stopped at {solver.t:.6g} s: "
+                    f"{message or 'the motion is no longer finite'}; check the excitation's amplitude"
                 )
             interpolant, end = solver.dense_output(), solver.t
             passed = self._first_passed(interpolant, sides, solver.t_old, end)

@@ -35,7 +35,9 @@ _ROUNDING = 1e-12
 """Movements below this (SI units) are those of rounding: forces of thousands of newtons cancel at rest."""
 
 _NEGLIGIBLE = 1e-3
-"""A metric below this share of the largest one of its unit is asked for to the same absolute accuracy as that share."""
+"""A metric below this share of the largest one of its unit is asked for to the same absolute accuracy as that
+share.
+"""
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Metric:
 
 @dataclass(frozen=True)
 class Contact:
-    """The smallest vertical patch force of a test and where it acts; negative: contact would have been lost."""
+    """The smallest vertical patch force and where it acts; negative if contact would have been lost."""
 
     value: float
     error: float
@@ -109,9 +111,10 @@ def steady_state(
 ) -> SteadyState:
     """Find the periodic response and measure it.
 
-    The number of harmonics is doubled until no metric moves by more than the tolerance. Corners of the forces make errors
-    fall as 1/H^2, so what remains is about a third of a metric's last movement; but the movements scatter. The error stated
-    is therefore twice the largest of the last three movements, the earlier ones counted by a quarter and a sixteenth.
+    The number of harmonics is doubled until no metric moves by more than the tolerance. Corners of the forces
+    make errors fall as 1/H^2, so what remains is about a third of a metric's last movement; but the movements
+    scatter. The error stated is therefore twice the largest of the last three movements, the earlier ones
+    counted by a quarter and a sixteenth.
 
     Parameters
     ----------
@@ -145,8 +148,9 @@ def steady_state(
             return SteadyState(balance.orbit, peaks, contact, harmonics, iterations, balance.correction)
     worst = int(np.argmax(error / reader.scale(readings[-1])))
     raise NoPeriodicOrbitError(
-        f"{reader.names[worst]} = {readings[-1][worst]:.6g} {reader.units[worst]} still has an error of {error[worst]:.2g} "
-        f"at {harmonics} harmonics, a relative {tolerance:g} was asked for; ask for less accuracy"
+        f"{reader.names[worst]} = {readings[-1][worst]:.6g} {reader.units[worst]} still has an error of "
+        f"{error[worst]:.2g} at {harmonics} harmonics, a relative {tolerance:g} was asked for; "
+        "ask for less accuracy"
     )
 
 
@@ -198,7 +202,9 @@ class _Reader:
     def scale(self, reading: np.ndarray) -> np.ndarray:
         """What an error of every value is compared with."""
         sizes = np.abs(reading)
-        largest = {unit: max(s for s, u in zip(sizes, self.units, strict=True) if u == unit) for unit in self.units}
+        largest = {
+            unit: max(s for s, u in zip(sizes, self.units, strict=True) if u == unit) for unit in self.units
+        }
         return np.maximum(sizes, _NEGLIGIBLE * np.array([largest[unit] for unit in self.units]))
 
     def error(self, readings: Sequence[np.ndarray]) -> np.ndarray:

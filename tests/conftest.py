@@ -1,4 +1,4 @@
-"""Fixtures for all tests: the built-in vehicles, a cache of compiled functions of their own, and plain evaluation."""
+"""Fixtures for all tests: the built-in vehicles, their own cache of compiled functions, plain evaluation."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -14,7 +14,7 @@ Lambdified = Callable[..., Callable[..., list]]
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_directory(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Keep the user's cache of compiled functions out of the tests; CHASSYM_CACHE_DIR is used if it is set."""
+    """Keep the tests out of the user's cache of compiled functions; CHASSYM_CACHE_DIR is used if set."""
     with pytest.MonkeyPatch.context() as patch:
         if not os.environ.get("CHASSYM_CACHE_DIR"):
             patch.setenv("CHASSYM_CACHE_DIR", str(tmp_path_factory.mktemp("compiled")))
@@ -73,9 +73,7 @@ def table_force() -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
         last = (forces[-1] - forces[-2]) / (velocities[-1] - velocities[-2])
         inside = np.interp(rate, velocities, forces)
         return (
-            inside
-            + first * np.minimum(rate - velocities[0], 0)
-            + last * np.maximum(rate - velocities[-1], 0)
+            inside + first * np.minimum(rate - velocities[0], 0) + last * np.maximum(rate - velocities[-1], 0)
         )
 
     return force

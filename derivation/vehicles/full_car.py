@@ -1,8 +1,9 @@
 """The car of the reference thesis: three body sections in torsion on four swing arms, 12 degrees of freedom.
 
-X points to the rear, Y to the passenger side (right), Z up; the origin is the centre of the front axle at wheel-centre
-height. Source: Y. Liu, Investigation of Vehicle Body Stiffness Modification on Vehicle Ride Comfort and Handling Using a
-Low-Order Vehicle Model, honors thesis, The Ohio State University, 2016, section 2.2.
+X points to the rear, Y to the passenger side (right), Z up; the origin is the centre of the front axle at
+wheel-centre height. Source: Y. Liu, Investigation of Vehicle Body Stiffness Modification on Vehicle Ride
+Comfort and Handling Using a Low-Order Vehicle Model, honors thesis, The Ohio State University, 2016, section
+2.2.
 """
 
 from __future__ import annotations
@@ -15,16 +16,16 @@ from chassym.derivation.body import Body
 from chassym.derivation.characteristic import DamperTable, Linear
 from chassym.derivation.joint import free, revolute, weld
 from chassym.derivation.mechanism import Mechanism
-from chassym.derivation.output import AngularVelocity, ContactForce, Deflection, PointAcceleration, PointDisplacement
-from chassym.derivation.parameters import (
-    INCREASING,
-    NONNEGATIVE,
-    POSITIVE,
-    ParameterDefinition,
-    Parameters,
-    Schema,
+from chassym.derivation.output import (
+    AngularVelocity,
+    ContactForce,
+    Deflection,
+    PointAcceleration,
+    PointDisplacement,
 )
+from chassym.derivation.parameters import Parameters
 from chassym.derivation.port import CombinedPort, JointPort, TravelPort
+from chassym.derivation.schema import INCREASING, NONNEGATIVE, POSITIVE, ParameterDefinition, Schema
 from chassym.derivation.symbols import ParameterSymbols
 
 AXLES = ("front", "rear")
@@ -57,7 +58,10 @@ def _definitions() -> tuple[ParameterDefinition, ...]:
             define(f"{suspension}.damper.lever_ratio", "1", POSITIVE),
             define(f"{suspension}.anti_roll_bar.rate", "N/m", NONNEGATIVE),
             define(f"{suspension}.unsprung.mass", "kg", POSITIVE),
-            *(define(f"{suspension}.unsprung.inertia.{axes}", "kg*m^2", POSITIVE) for axes in ("xx", "yy", "zz")),
+            *(
+                define(f"{suspension}.unsprung.inertia.{axes}", "kg*m^2", POSITIVE)
+                for axes in ("xx", "yy", "zz")
+            ),
             *(define(f"tyre.{axle}.stiffness.{axis}", "N/m", NONNEGATIVE) for axis in "xyz"),
             *(define(f"tyre.{axle}.damping.{axis}", "N*s/m", NONNEGATIVE) for axis in "xyz"),
         ]

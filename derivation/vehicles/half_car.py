@@ -5,9 +5,16 @@ from __future__ import annotations
 from chassym.derivation.characteristic import Linear
 from chassym.derivation.joint import prismatic, revolute
 from chassym.derivation.mechanism import Mechanism
-from chassym.derivation.output import AngularVelocity, ContactForce, Deflection, PointAcceleration, PointDisplacement
-from chassym.derivation.parameters import NONNEGATIVE, POSITIVE, ParameterDefinition, Parameters, Schema
+from chassym.derivation.output import (
+    AngularVelocity,
+    ContactForce,
+    Deflection,
+    PointAcceleration,
+    PointDisplacement,
+)
+from chassym.derivation.parameters import Parameters
 from chassym.derivation.port import TravelPort
+from chassym.derivation.schema import NONNEGATIVE, POSITIVE, ParameterDefinition, Schema
 from chassym.derivation.symbols import ParameterSymbols
 
 AXLES = ("front", "rear")

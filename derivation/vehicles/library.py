@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -10,7 +11,9 @@ from pathlib import Path
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.model import Model
 from chassym.derivation.numeric import CompiledEquations
-from chassym.derivation.parameters import ParameterError, Parameters, Schema, load_parameters
+from chassym.derivation.parameters import Parameters, load_parameters
+from chassym.derivation.quantity import shown
+from chassym.derivation.schema import ParameterError, Schema
 from chassym.derivation.vehicles import full_car, half_car, quarter_car, torsion_chain
 
 
@@ -36,8 +39,22 @@ def vehicle_names() -> list[str]:
     return sorted(file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml"))
 
 
-def load_model(vehicle: str | Path = "sedan", changes: Mapping[str, float | Sequence[float] | str] | None = None) -> Model:
+def load_model(
+    vehicle: str | Path = "sedan",
+    changes: Mapping[str, float | Sequence[float] | str] | None = None,
+    *,
+    origin: str = "override",
+) -> Model:
     """A model from a built-in vehicle's name or a TOML file, with some parameters changed.
+
+    Parameters
+    ----------
+    vehicle
+        Name of a built-in vehicle, or path of a file.
+    changes
+        New values by name, numbers in SI or text with a unit; see `Parameters.replace`.
+    origin
+        Where the changes come from: begins error messages and becomes the source of the new values.
 
     Raises
     ------
@@ -52,16 +69,16 @@ def load_model(vehicle: str | Path = "sedan", changes: Mapping[str, float | Sequ
     """
     parameters = load_parameters(_source(vehicle), *(kind.schema for kind in KINDS.values()))
     if changes:
-        parameters = parameters.replace(changes)
+        parameters = parameters.replace(changes, origin=origin)
     return Model(parameters, CompiledEquations(KINDS[parameters.schema.model].build(parameters)))
 
 
 def _source(vehicle: str | Path) -> Path | resources.abc.Traversable:
     if str(vehicle) in vehicle_names():
         return resources.files("chassym.derivation.vehicles") / f"{vehicle}.toml"
-    path = Path(vehicle)
-    if not path.is_file():
+    if not os.path.isfile(vehicle):  # unlike Path.is_file it answers for names too long for a file, too
         raise ParameterError(
-            f"vehicle {str(vehicle)!r} is neither a file nor a built-in vehicle; built in are {', '.join(vehicle_names())}"
+            f"vehicle {shown(str(vehicle))} is neither a file nor a built-in vehicle; "
+            f"built in are {', '.join(vehicle_names())}"
         )
-    return path
+    return Path(vehicle)

@@ -6,15 +6,9 @@ from chassym.derivation.characteristic import DamperTable, Linear
 from chassym.derivation.joint import prismatic
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.output import ContactForce, Deflection, PointAcceleration, PointDisplacement
-from chassym.derivation.parameters import (
-    INCREASING,
-    NONNEGATIVE,
-    POSITIVE,
-    ParameterDefinition,
-    Parameters,
-    Schema,
-)
+from chassym.derivation.parameters import Parameters
 from chassym.derivation.port import CombinedPort, TravelPort
+from chassym.derivation.schema import INCREASING, NONNEGATIVE, POSITIVE, ParameterDefinition, Schema
 from chassym.derivation.symbols import ParameterSymbols
 
 SCHEMA = Schema(
@@ -38,7 +32,9 @@ def quarter_car(parameters: Parameters) -> Mechanism:
     car = Mechanism("quarter_car", symbols("gravity"))
     origin = (0, 0, 0)
     sprung = car.add_body("sprung", car.ground, prismatic("body", "z"), origin, mass=symbols("sprung.mass"))
-    unsprung = car.add_body("unsprung", car.ground, prismatic("wheel", "z"), origin, mass=symbols("unsprung.mass"))
+    unsprung = car.add_body(
+        "unsprung", car.ground, prismatic("wheel", "z"), origin, mass=symbols("unsprung.mass")
+    )
     body = car.point("body_point", sprung, origin)
     wheel = car.point("wheel_centre", unsprung, origin)
     heights = [TravelPort(point, car.ground, "z") for point in (wheel, body)]

@@ -6,8 +6,9 @@ from chassym.derivation.characteristic import Linear
 from chassym.derivation.joint import revolute
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.output import AngularVelocity
-from chassym.derivation.parameters import NONNEGATIVE, POSITIVE, ParameterDefinition, Parameters, Schema
+from chassym.derivation.parameters import Parameters
 from chassym.derivation.port import JointPort
+from chassym.derivation.schema import NONNEGATIVE, POSITIVE, ParameterDefinition, Schema
 from chassym.derivation.symbols import ParameterSymbols
 
 SECTIONS = ("front", "middle", "rear")
@@ -29,11 +30,15 @@ def torsion_chain(parameters: Parameters) -> Mechanism:
     chain = Mechanism("torsion_chain", gravity=0)
     origin = (0, 0, 0)
     shaft = revolute("roll", "x")
-    middle = chain.add_body("middle", chain.ground, shaft, origin, mass=0, inertia=(symbols("inertia.middle"), 0, 0))
+    middle = chain.add_body(
+        "middle", chain.ground, shaft, origin, mass=0, inertia=(symbols("inertia.middle"), 0, 0)
+    )
     chain.add_output(AngularVelocity("middle_roll_rate", middle, "x", chain.ground))
     for end in JOINTS:
         joint = revolute(f"{end}_torsion", "x")
-        section = chain.add_body(end, middle, joint, origin, mass=0, inertia=(symbols(f"inertia.{end}"), 0, 0))
+        section = chain.add_body(
+            end, middle, joint, origin, mass=0, inertia=(symbols(f"inertia.{end}"), 0, 0)
+        )
         law = Linear(symbols(f"stiffness.{end}"), symbols(f"damping.{end}"))
         chain.add_force_element(f"{end}_shaft", JointPort(joint.steps[0].coordinate), law)
         chain.add_output(AngularVelocity(f"{end}_roll_rate", section, "x", chain.ground))

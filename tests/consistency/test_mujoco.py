@@ -1,7 +1,8 @@
 """The reference car against MuJoCo: accelerations and outputs at random states far from the design position.
 
-MuJoCo gets the same tree of bodies, without springs. Springs, dampers, bars and tyres are computed here from MuJoCo's own
-positions and Jacobians and brought in through `qfrc_applied`, so that nothing of chassym but its parameters is used.
+MuJoCo gets the same tree of bodies, without springs. Springs, dampers, bars and tyres are computed here from
+MuJoCo's own positions and Jacobians and brought in through `qfrc_applied`, so that nothing of chassym but its
+parameters and preloads is used.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -38,7 +39,9 @@ class Places:
 
     def mass_centre(self, section: str) -> Array:
         """Mass centre of a body section."""
-        return np.array([self._value[f"body.{section}.mass_centre.x"], 0.0, self._value[f"body.{section}.mass_centre.z"]])
+        return np.array(
+            [self._value[f"body.{section}.mass_centre.x"], 0.0, self._value[f"body.{section}.mass_centre.z"]]
+        )
 
     def corner(self, corner: str, point: str) -> Array:
         """Arm pivot, wheel centre or contact patch of one corner."""
@@ -140,7 +143,7 @@ class Engine:
         self._resist(np.eye(self.engine.nv)[column], moment)
 
     def _suspension(self, axle: str) -> None:
-        """Springs, dampers and anti-roll bar of one axle, by the wheel centres' travels in the section's axes."""
+        """Springs, dampers and anti-roll bar of one axle, by the wheel centres' travels in their section."""
         travels, jacobians = zip(*(self._travel(f"{axle}_{side}") for side in SIDES), strict=True)
         place = f"suspension.{axle}"
         lever = self.values[f"{place}.spring.lever_ratio"]
@@ -161,8 +164,13 @@ class Engine:
         up = self.data.body(axle).xmat.reshape(3, 3)[:, 2]
         inside = up @ (wheel.xpos - self.data.body(axle).xpos)
         design = places.corner(corner, "wheel_centre")[2] - places.section(axle)[2]
-        own, beneath = self._jacobian(wheel.xpos, self.engine.body(f"{corner}_arm").id), self._jacobian(wheel.xpos, section)
-        self.outputs[f"{corner}_wheel_displacement"] = wheel.xpos[2] - places.corner(corner, "wheel_centre")[2]
+        own, beneath = (
+            self._jacobian(wheel.xpos, self.engine.body(f"{corner}_arm").id),
+            self._jacobian(wheel.xpos, section),
+        )
+        self.outputs[f"{corner}_wheel_displacement"] = (
+            wheel.xpos[2] - places.corner(corner, "wheel_centre")[2]
+        )
         return float(inside - design), up @ (own - beneath)
 
     def _tyre(self, corner: str, pad: Array, pad_rate: Array) -> None:
@@ -173,7 +181,9 @@ class Engine:
         rate = jacobian @ self.data.qvel - pad_rate
         preload = (0, 0, self.model.preloads[f"{corner}_tyre_z.preload"])
         for i, axis in enumerate("xyz"):
-            stiffness, damping = (self.values[f"tyre.{axle}.{kind}.{axis}"] for kind in ("stiffness", "damping"))
+            stiffness, damping = (
+                self.values[f"tyre.{axle}.{kind}.{axis}"] for kind in ("stiffness", "damping")
+            )
             force = stiffness * stretch[i] + damping * rate[i] + preload[i]
             self._resist(jacobian[i], force)
             self.outputs[f"{corner}_patch_force_{axis}"] = -force
@@ -206,7 +216,9 @@ def random_arguments(model: Model, generator: np.random.Generator, scale: float)
     """Draw coordinates, rates, no accelerations, pads and pad rates; shape (arguments, states)."""
     limits = np.array([RANGES[c.unit] for c in model.mechanism.coordinates]) * scale
     n, m = len(limits), len(model.mechanism.inputs)
-    low_high = np.concatenate([limits[:, 0], limits[:, 1], np.zeros(n), np.full(m, 0.1 * scale), np.full(m, scale)])
+    low_high = np.concatenate(
+        [limits[:, 0], limits[:, 1], np.zeros(n), np.full(m, 0.1 * scale), np.full(m, scale)]
+    )
     return low_high[:, None] * generator.uniform(-1, 1, (len(low_high), STATES))
 
 
@@ -259,7 +271,7 @@ def test_every_output_on_its_own_scale(comparison: Comparison) -> None:
 
 
 def test_other_parameters(sedan: Model, table_force: TableForce) -> None:
-    """Mass centres off the torsion axes, patches beside the wheel centres, soft body: a variant of no symmetry."""
+    """Mass centres off the torsion axes, patches beside the wheel centres, a soft body."""
     variant = sedan.with_parameters(
         {
             "body.front.mass_centre.x": 0.3,

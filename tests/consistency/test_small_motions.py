@@ -1,4 +1,6 @@
-"""Small motions: the nonlinear steady state is the linear frequency response, but for what a knot at zero makes."""
+"""Small motions: the nonlinear steady state is the linear frequency response, but for what a knot at zero
+makes.
+"""
 
 import numpy as np
 import pytest
@@ -33,7 +35,9 @@ def _amplitudes(model: Model, excitation: Harmonic) -> tuple[np.ndarray, np.ndar
 
 
 @pytest.mark.parametrize("excitation", TESTS, ids=NAMES)
-def test_without_a_knot_both_stages_are_the_same_model(without_knot_at_zero: Model, excitation: Harmonic) -> None:
+def test_without_a_knot_both_stages_are_the_same_model(
+    without_knot_at_zero: Model, excitation: Harmonic
+) -> None:
     nonlinear, linear = _amplitudes(without_knot_at_zero, excitation)
     moving = linear > 1e-6 * linear.max()
     assert moving.sum() >= 3
@@ -41,7 +45,9 @@ def test_without_a_knot_both_stages_are_the_same_model(without_knot_at_zero: Mod
 
 
 def test_the_knot_at_zero_makes_a_difference_at_any_amplitude(sedan: Model) -> None:
-    """The reference table has slopes 978 and 3912 N s/m at zero: the mean slope misses what their difference does."""
+    """The reference table has slopes 978 and 3912 N s/m at zero: the mean slope misses what their difference
+    does.
+    """
     metrics = ["vertical_acceleration", "pitch_rate"]
     linear = frequency_response(linearise(sedan), [3.0])
     small, smaller = (steady_state(sedan, rig.vertical().scaled(s), metrics=metrics) for s in (1e-3, 1e-4))
@@ -49,4 +55,6 @@ def test_the_knot_at_zero_makes_a_difference_at_any_amplitude(sedan: Model) -> N
         ratio = small.peak_to_peak[name].value / smaller.peak_to_peak[name].value
         assert ratio == pytest.approx(10.0, rel=0.01), "the motion is homogeneous of degree one, not linear"
         predicted = 2 * abs(linear.combined(name, dict(rig.vertical().scaled(1e-4).amplitudes))[0])
-        assert predicted < 0.05 * smaller.peak_to_peak[name].value, "by symmetry the linear twist has no heave"
+        assert predicted < 0.05 * smaller.peak_to_peak[name].value, (
+            "by symmetry the linear twist has no heave"
+        )

@@ -35,7 +35,8 @@ def test_every_metric_agrees(sedan: Model, excitation: Harmonic, periods: int) -
 
 def _compare(metrics: dict, integrated: dict[str, float], outputs: dict[str, np.ndarray]) -> None:
     for name, metric in metrics.items():
-        # What the sampling may miss at a tip: half the largest step between neighbouring samples, at both tips.
+        # What the sampling may miss at a tip: half the largest step between neighbouring samples, at both
+        # tips.
         sampling = np.abs(np.diff(outputs[name])).max()
         vanishing = 1e-8
         difference = abs(metric.value - integrated[name])

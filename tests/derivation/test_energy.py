@@ -1,7 +1,7 @@
 """Conservation laws and symmetry of the reference car.
 
-Positions of all bodies are written out here by rotation matrices; energies and momentum follow from them and the
-parameters alone, so that only the accelerations under test come from the derived equations.
+Positions of all bodies are written out here by rotation matrices; energies and momentum follow from them and
+the parameters alone, so that only the accelerations under test come from the derived equations.
 """
 
 from collections.abc import Callable
@@ -44,9 +44,9 @@ def fixed(vector: Array) -> Motion:
 
 
 def turn(axis: int, angle: float, rate: float, second: float) -> Motion:
-    """Give the rotation matrix about a coordinate axis: R = 1 + sin K + (1 - cos) K^2, K the axis' cross product."""
-    cross = np.cross(np.eye(3), np.eye(3)[axis]).T * -1
-    by_sine, by_cosine = cross, -cross @ cross
+    """Give the rotation matrix about a coordinate axis: R = 1 + sin K + (1 - cos) K^2 with K r = axis x r."""
+    by_sine = np.cross(np.eye(3)[axis], np.eye(3)).T
+    by_cosine = -by_sine @ by_sine
     s, c = np.sin(angle), np.cos(angle)
     return Motion(
         np.eye(3) + s * by_sine + (c - 1) * by_cosine,
@@ -105,7 +105,9 @@ class WrittenOut:
         own = turned @ self._turn(0, 6 + AXLES.index(axle))
         self._add(f"body.{axle}", hinge + own @ fixed(centre - axis), own)
         for side, sign in SIDES.items():
-            pivot, wheel, patch = (self._hard_point(axle, p, sign) for p in ("arm_pivot", "wheel_centre", "contact_patch"))
+            pivot, wheel, patch = (
+                self._hard_point(axle, p, sign) for p in ("arm_pivot", "wheel_centre", "contact_patch")
+            )
             swing = self._turn(0, 8 + CORNERS.index((axle, side)))
             place, arm = hinge + own @ fixed(pivot - axis), own @ swing
             self._add(f"suspension.{axle}.unsprung", place + arm @ fixed(wheel - pivot), arm)
@@ -204,10 +206,14 @@ def test_energy_is_conserved_without_dampers(sedan: Model) -> None:
 
     start = np.concatenate(random_state(np.random.default_rng(7), 0.02, 0.2))
     start[6:8] /= 20  # the body's torsion springs are stiff: a twist of 0.02 rad stores 1000 J
-    run = solve_ivp(slope, (0, 10), start, method="DOP853", rtol=1e-11, atol=1e-12, t_eval=np.linspace(0, 10, 101))
+    run = solve_ivp(
+        slope, (0, 10), start, method="DOP853", rtol=1e-11, atol=1e-12, t_eval=np.linspace(0, 10, 101)
+    )
     assert run.success
     moments = [WrittenOut(car, *state.reshape(2, 12), IDLE) for state in run.y.T]
-    kinetic, potential = (np.array([getattr(m, f"{k}_energy") for m in moments]) for k in ("kinetic", "potential"))
+    kinetic, potential = (
+        np.array([getattr(m, f"{k}_energy") for m in moments]) for k in ("kinetic", "potential")
+    )
     total = kinetic + potential
     assert np.ptp(potential) > 0.5 * kinetic.max()
     assert np.abs(total - total[0]).max() < 1e-8 * kinetic.max()

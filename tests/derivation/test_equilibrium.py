@@ -33,7 +33,7 @@ def weight(model: Model) -> float:
 
 
 def changed(model: Model, seed: int) -> Model:
-    """Multiply every parameter by a factor of its own from 0.7 to 1.4; one factor for a body's moments of inertia."""
+    """Multiply every parameter by a factor of its own, 0.7 to 1.4; one for all moments of a body."""
     generator = np.random.default_rng(seed)
     factors: dict[str, float] = {}
     changes: dict[str, list[float] | float] = {}
@@ -65,14 +65,18 @@ def test_body_and_wheels_stay_where_they_rest(sedan: Model) -> None:
 
 
 def patch_forces(model: Model) -> dict[str, float]:
-    outputs = dict(zip(model.output_names, model.outputs(np.zeros((model.argument_count, 1)))[:, 0], strict=True))
+    outputs = dict(
+        zip(model.output_names, model.outputs(np.zeros((model.argument_count, 1)))[:, 0], strict=True)
+    )
     return {name: value for name, value in outputs.items() if "patch_force" in name}
 
 
 def statics_by_hand(values: Mapping[str, float]) -> dict[str, float]:
     """Patch forces and spring preloads of the car from moments about the axles and about the arms' pivots."""
     g = values["gravity"]
-    parts = [(values[f"body.{s}.mass"], values[f"body.{s}.mass_centre.x"]) for s in ("front", "middle", "rear")]
+    parts = [
+        (values[f"body.{s}.mass"], values[f"body.{s}.mass_centre.x"]) for s in ("front", "middle", "rear")
+    ]
     axles = {axle: values[f"axle.{axle}.x"] for axle in ("front", "rear")}
     parts += [(2 * values[f"suspension.{axle}.unsprung.mass"], x) for axle, x in axles.items()]
     wheelbase = axles["rear"] - axles["front"]
@@ -95,8 +99,12 @@ def test_preloads_of_the_car_by_hand(sedan: Model, seed: int | None) -> None:
     for axle in ("front", "rear"):
         for side in ("left", "right"):
             corner = f"{axle}_{side}"
-            assert model.preloads[f"{corner}_spring.preload"] == pytest.approx(expected[f"{axle} spring"], rel=1e-10)
-            assert patch_forces(model)[f"{corner}_patch_force_z"] == pytest.approx(expected[f"{axle} patch"], rel=1e-10)
+            assert model.preloads[f"{corner}_spring.preload"] == pytest.approx(
+                expected[f"{axle} spring"], rel=1e-10
+            )
+            assert patch_forces(model)[f"{corner}_patch_force_z"] == pytest.approx(
+                expected[f"{axle} patch"], rel=1e-10
+            )
 
 
 @pytest.mark.parametrize("name", ["sedan", "half_car", "quarter_car"])
@@ -115,7 +123,7 @@ def test_given_preloads_are_used(quarter_car: Model) -> None:
 
 
 def test_suspension_on_a_body_held_to_the_ground(sedan: Model) -> None:
-    """The rig's springs carry nothing: every wheel's weight and preload find their balance at its own patch."""
+    """The ground carries the body: every wheel's weight is balanced at its own spring and patch."""
     compiled = CompiledEquations(kinematics_and_compliance_rig(sedan.parameters))
     values = sedan.parameters.flat()
     preloads = solve_preloads(compiled, values)

@@ -1,7 +1,7 @@
 """M and Q - h against sympy.physics.mechanics, from energies and forces written down a second time.
 
-Source of the comparison: `sympy.physics.mechanics.LagrangesMethod`, which differentiates L = T - V. Springs, preloads and
-weights enter by their energy; dampers, tyres and moving pads as forces on points.
+Source of the comparison: `sympy.physics.mechanics.LagrangesMethod`, which differentiates L = T - V. Springs,
+preloads and weights enter by their energy; dampers, tyres and moving pads as forces on points.
 """
 
 from collections.abc import Callable, Sequence
@@ -123,9 +123,7 @@ def compare(
 def quarter_car_by_textbook() -> Textbook:
     ground = ReferenceFrame("ground")
     body, wheel, road = dynamicsymbols("body wheel road")
-    sprung, unsprung, g, k = (
-        named(n) for n in ("sprung.mass", "unsprung.mass", "gravity", "spring.rate")
-    )
+    sprung, unsprung, g, k = (named(n) for n in ("sprung.mass", "unsprung.mass", "gravity", "spring.rate"))
     tyre_k, tyre_c = named("tyre.stiffness"), named("tyre.damping")
     spring_preload, tyre_preload = named("spring.preload"), named("tyre.preload")
     travel = wheel - body
@@ -142,9 +140,7 @@ def quarter_car_by_textbook() -> Textbook:
 
 def test_quarter_car(quarter_car: Model, lambdified: Callable, table_force: Callable) -> None:
     parameters = quarter_car.parameters
-    table = [
-        np.array(parameters.value(name)) for name in ("damper.velocity", "damper.force")
-    ]
+    table = [np.array(parameters.value(name)) for name in ("damper.velocity", "damper.force")]
 
     def damper(values: dict) -> dict:
         return {"damper": table_force(values["wheel_rate"] - values["body_rate"], *table)}
@@ -162,9 +158,7 @@ def torsion_chain_by_textbook() -> Textbook:
     kinetic = sum(named(f"inertia.{s}") * (roll + a).diff() ** 2 / 2 for s, a in angle.items())
     ends = [("front", front), ("rear", rear)]
     potential = sum(named(f"stiffness.{s}") * a**2 / 2 for s, a in ends)
-    frames = {
-        s: ground.orientnew(s, "Axis", [roll + a, ground.x]) for s, a in angle.items()
-    }
+    frames = {s: ground.orientnew(s, "Axis", [roll + a, ground.x]) for s, a in angle.items()}
     loads = []
     for s, a in ends:
         torque = named(f"damping.{s}") * a.diff() * ground.x
@@ -196,9 +190,7 @@ def half_car_by_textbook() -> Textbook:
     x, z, g = named("body.mass_centre.x"), named("body.mass_centre.z"), named("gravity")
     mass, inertia = named("body.mass"), named("body.inertia.yy")
     centre = x * ground.x + (z + bounce) * ground.z
-    lagrangian = (
-        mass * bounce.diff() ** 2 / 2 + inertia * pitch.diff() ** 2 / 2 - mass * g * bounce
-    )
+    lagrangian = mass * bounce.diff() ** 2 / 2 + inertia * pitch.diff() ** 2 / 2 - mass * g * bounce
     coordinates, inputs, loads = [bounce, pitch], [], []
     for axle in ("front", "rear"):
         travel, road = dynamicsymbols(f"{axle}_travel {axle}_road")
@@ -210,7 +202,9 @@ def half_car_by_textbook() -> Textbook:
         lagrangian -= named(f"{axle}_suspension.preload") * travel + k * travel**2 / 2
         damper = named(f"suspension.{axle}.damper.coefficient") * travel.diff() * frame.z
         stretch = height - road
-        tyre = named(f"tyre.{axle}.stiffness") * stretch + named(f"tyre.{axle}.damping") * stretch.diff(dynamicsymbols._t)
+        tyre = named(f"tyre.{axle}.stiffness") * stretch + named(f"tyre.{axle}.damping") * stretch.diff(
+            dynamicsymbols._t
+        )
         tyre += named(f"{axle}_tyre.preload")
         wheel = point_at(f"{axle}_wheel", on_body, ground)
         # The body's particle at the wheel's place moves as the wheel would without sliding.
@@ -231,7 +225,7 @@ def test_half_car(half_car: Model, lambdified: Callable) -> None:
 
 @dataclass(frozen=True)
 class Segment:
-    """One link of a chain: its joint's steps as (kind, axis), and its mass properties at the design position."""
+    """One link of a chain: the steps of its joint, and its mass properties at the design position."""
 
     steps: str
     origin: tuple[float, float, float]
@@ -294,7 +288,12 @@ def chain_mechanism(chain: Chain) -> Mechanism:
     seen = TravelPort(tip, first, "y")
     shaken = TravelPort(tip, mechanism.ground, "x", mechanism.add_input("base", "m"))
     both = CombinedPort(((TravelPort(tip, first, "z"), 2), (TravelPort(tip, mechanism.ground, "y"), -1)))
-    ports = {"inner": seen, "outer": shaken, "torsion": JointPort(last.joint.steps[-1].coordinate), "both": both}
+    ports = {
+        "inner": seen,
+        "outer": shaken,
+        "torsion": JointPort(last.joint.steps[-1].coordinate),
+        "both": both,
+    }
     for name, port in ports.items():
         mechanism.add_force_element(name, port, Linear(*map(sympy.sympify, SPRINGS[name])))
     return mechanism

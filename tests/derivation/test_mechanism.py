@@ -31,7 +31,9 @@ def cart() -> Mechanism:
     mechanism.add_body("cart", mechanism.ground, prismatic("along", "x"), (0, 0, 0), mass=1)
     mechanism.add_input("shaker", "m")
     mechanism.add_force_element("rubber", travel(mechanism), Linear(sympy.S.One))
-    mechanism.add_output(PointDisplacement("reading", mechanism.point("p", body(mechanism), (0, 0, 0)), "x", mechanism.ground))
+    mechanism.add_output(
+        PointDisplacement("reading", mechanism.point("p", body(mechanism), (0, 0, 0)), "x", mechanism.ground)
+    )
     return mechanism
 
 
@@ -124,7 +126,7 @@ def test_a_massless_body_may_carry_others(cart: Mechanism) -> None:
 
 @pytest.mark.parametrize("use", ["port", "acceleration", "displacement", "velocity"])
 def test_a_frame_must_be_an_ancestor(cart: Mechanism, use: str) -> None:
-    """A wheel beside the cart is not jointed to it: its motion seen from the cart has no place in the tree."""
+    """What stands beside the cart is not jointed to it; its motion seen from the cart has no path."""
     beside = cart.add_body("beside", cart.ground, prismatic("up", "z"), (0, 0, 0), mass=1)
     point = cart.point("q", beside, (0, 0, 0))
     match use:

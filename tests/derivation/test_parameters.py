@@ -14,20 +14,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chassym.derivation import parameters as parameters_module
+from chassym.derivation import quantity
 from chassym.derivation.parameters import (
+    Parameter,
+    Parameters,
+    load_parameters,
+    parse_assignment,
+    parse_parameters,
+)
+from chassym.derivation.schema import (
     ANY,
     INCREASING,
     NONNEGATIVE,
     POSITIVE,
-    Parameter,
     ParameterDefinition,
     ParameterError,
-    Parameters,
     Schema,
-    load_parameters,
-    parse_assignment,
-    parse_parameters,
 )
 
 define = ParameterDefinition
@@ -264,7 +266,7 @@ def test_values_in_si_do_not_need_pint(monkeypatch, cart):
     def no_registry():
         raise AssertionError("pint was asked")
 
-    monkeypatch.setattr(parameters_module, "_unit_registry", no_registry)
+    monkeypatch.setattr(quantity, "_unit_registry", no_registry)
     text = CART_TEXT.replace('"mm"', '"m"').replace('"mm/s"', '"m/s"').replace('"N*m/deg"', '"N*m/rad"')
     assert parse_parameters(text, CART).value("spring.stiffness") == 200.0
     assert cart.replace({"body.mass": 3, "damper.force": "[1, 2, 3] N"}).value("body.mass") == 3.0

@@ -1,4 +1,4 @@
-"""The straight-line program: sharing, writing out, and derivatives against sympy's own and against differences."""
+"""The straight-line program: sharing, expansion, derivatives against sympy's own and against differences."""
 
 from collections.abc import Callable, Iterator
 
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy
 
-from chassym.derivation import Model, Program, mean_slope
+from chassym.derivation import DamperTable, Model, Program, mean_slope
 
 X, Y, Z = VARIABLES = sympy.symbols("x y z", real=True)
 
@@ -150,6 +150,21 @@ def test_a_stated_slope_stands_for_the_derivative() -> None:
     assert program.expand([force])[0] == written[2]
 
 
+@pytest.mark.parametrize(
+    ("rate", "left", "right"),
+    [(-9.0, 3, 3), (-1.0, 3, 3), (-0.5, 3, 2), (-0.2, 2, 2), (0.25, 2, 8), (1.0, 8, 8), (9.0, 8, 8)],
+)
+def test_a_table_states_the_slopes_of_both_sides(rate: float, left: float, right: float) -> None:
+    """At a knot they differ and the rule decides; the ends of the table are no knots."""
+    velocities, forces = sympy.symbols("v:4", real=True), sympy.symbols("f:4", real=True)
+    numbers = {"v0": -1, "v1": -0.5, "v2": 0.25, "v3": 1, "f0": -3, "f1": 0, "f2": 3, "f3": 15}
+    table = DamperTable(velocities, forces, sympy.Rational(1, 2) * X)
+    values = numbers | {"x": 1.0}
+    assert table.slope(rate, values, lambda one, other: 10 * one + other) == pytest.approx(10 * left + right)
+    assert table.slope(rate, values, mean_slope) == pytest.approx((left + right) / 2)
+    assert [values[knot.name] for knot in table.knots] == [-0.5, 0.25]
+
+
 # The reference car, with 30 digits
 
 
@@ -186,22 +201,22 @@ def reference(sedan: Model, lambdified: Callable[..., Callable[..., list]]) -> R
 def random_arguments(model: Model, seed: int) -> np.ndarray:
     """Draw angles to 0.3 rad, rates to 2, accelerations to 10, pads to 5 cm and 0.5 m/s."""
     n, m = model.size, len(model.mechanism.inputs)
-    scale = np.concatenate([np.full(n, 0.3), np.full(n, 2.0), np.full(n, 10.0), np.full(m, 0.05), np.full(m, 0.5)])
+    scale = np.concatenate(
+        [np.full(n, 0.3), np.full(n, 2.0), np.full(n, 10.0), np.full(m, 0.05), np.full(m, 0.5)]
+    )
     return scale * np.random.default_rng(seed).uniform(-1, 1, len(scale))
 
 
 def damper_slopes(model: Model, arguments: np.ndarray) -> dict[str, float]:
     """Give the slope symbols their values at a state, from the dampers' own rates."""
-    equations = model.equations
+    equations, mechanism = model.equations, model.mechanism
     values = dict(zip(equations.arguments, arguments, strict=True))
     values |= {sympy.Symbol(name, real=True): value for name, value in model.values.items()}
-    found = {}
-    for element in model.mechanism.elements:
-        if element.name in equations.slopes:
-            (rate,) = equations.program.expand([equations.element_rates[element.name]])
-            at = float(rate.xreplace(values))
-            found[equations.slopes[element.name].name] = element.characteristic.slope(at, model.values, mean_slope)  # type: ignore[attr-defined]
-    return found
+    rates = equations.program.expand([equations.element_rates[name] for name in mechanism.slopes])
+    return {
+        slope.name: mechanism.knotted[name].slope(float(rate.xreplace(values)), model.values, mean_slope)
+        for (name, slope), rate in zip(mechanism.slopes.items(), rates, strict=True)
+    }
 
 
 def row_scaled_difference(found: np.ndarray, expected: np.ndarray) -> float:
@@ -221,11 +236,13 @@ def test_derivatives_of_the_reference_car(sedan: Model, reference: Reference, se
 
 
 def test_the_linearisation_takes_the_slope_it_is_given(sedan: Model) -> None:
-    """A damper with the slope c adds c ds'/dq' ds'/dq' to the derivatives by the rates and nothing by the position at rest."""
+    """At rest a damper of slope c adds c (ds/dq)^2 to one derivative by a rate, and nothing else."""
     rest = np.zeros(sedan.argument_count)
     shape = (sedan.size + len(sedan.output_names), sedan.argument_count)
-    names = [symbol.name for symbol in sedan.equations.slopes.values()]
-    assert names == [f"{axle}_{side}_damper.slope" for axle in ("front", "rear") for side in ("left", "right")]
+    names = [symbol.name for symbol in sedan.mechanism.slopes.values()]
+    assert names == [
+        f"{axle}_{side}_damper.slope" for axle in ("front", "rear") for side in ("left", "right")
+    ]
 
     def linear(slope: float) -> np.ndarray:
         changes = dict.fromkeys(names, 0.0) | {names[0]: slope}
@@ -240,8 +257,8 @@ def test_the_linearisation_takes_the_slope_it_is_given(sedan: Model) -> None:
     assert change == pytest.approx(expected, abs=1e-9)
 
 
-def test_no_residual_depends_on_inputs_it_has_not(sedan: Model) -> None:
-    """Accelerations enter the residual linearly: their columns are the mass matrix, symmetric and the same at any rate."""
+def test_the_mass_matrix_is_in_the_jacobian(sedan: Model) -> None:
+    """The columns of the accelerations are the mass matrix: symmetric, positive, the same at any rate."""
     still = random_arguments(sedan, 3)
     moving = still.copy()
     moving[sedan.size :] = random_arguments(sedan, 4)[sedan.size :]

@@ -36,7 +36,9 @@ def test_system_without_inputs_is_written(tmp_path: Path, chain_linear: LinearMo
     assert loadmat(tmp_path / "chain.mat")["plant"][0, 0]["A"].shape == (6, 6)
 
 
-def test_a_file_is_replaced_and_nothing_is_left_beside_it(tmp_path: Path, quarter_linear: LinearModel) -> None:
+def test_a_file_is_replaced_and_nothing_is_left_beside_it(
+    tmp_path: Path, quarter_linear: LinearModel
+) -> None:
     path = tmp_path / "plant.mat"
     path.write_text("old")
     write_mat(str(path), quarter_linear)

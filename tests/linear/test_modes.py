@@ -7,7 +7,14 @@ import pytest
 from scipy.linalg import eigh, eigvals
 
 from chassym.derivation import Model
-from chassym.linear import LinearisationError, LinearModel, damped_modes, energy_shares, linearise, undamped_modes
+from chassym.linear import (
+    LinearisationError,
+    LinearModel,
+    damped_modes,
+    energy_shares,
+    linearise,
+    undamped_modes,
+)
 
 VEHICLES = ["sedan", "quarter_car", "half_car", "torsion_chain"]
 
@@ -33,9 +40,13 @@ def linear(request: pytest.FixtureRequest) -> LinearModel:
 
 
 def one_mass(linear: LinearModel, damping: float, stiffness: float) -> LinearModel:
-    """Two uncoupled unit masses: the first on the given spring and dashpot, the second a plain oscillator at 2 rad/s."""
+    """Two unit masses, not coupled: one on the given spring and dashpot, one that oscillates at 2 rad/s."""
     return replace(
-        linear, mass=np.eye(2), damping=np.diag([damping, 0.4]), stiffness=np.diag([stiffness, 4.0]), slopes={}
+        linear,
+        mass=np.eye(2),
+        damping=np.diag([damping, 0.4]),
+        stiffness=np.diag([stiffness, 4.0]),
+        slopes={},
     )
 
 
@@ -87,11 +98,12 @@ def test_damped_modes_make_the_dynamic_stiffness_singular(linear: LinearModel) -
 
 
 def test_damped_modes_are_all_the_eigenvalues(linear: LinearModel) -> None:
-    """Against the generalised problem [[0, 1], [-K, -C]] - lambda [[1, 0], [0, M]], which the package does not use."""
+    """Against the generalised problem [[0, 1], [-K, -C]] - lambda [[1, 0], [0, M]]."""
     n = len(linear.coordinates)
     zero, one = np.zeros((n, n)), np.eye(n)
     expected = eigvals(
-        np.block([[zero, one], [-linear.stiffness, -linear.damping]]), np.block([[one, zero], [zero, linear.mass]])
+        np.block([[zero, one], [-linear.stiffness, -linear.damping]]),
+        np.block([[one, zero], [zero, linear.mass]]),
     )
     expected = expected[np.abs(expected) > 1e-3]
     expected = np.sort_complex(expected[expected.imag >= 0])
@@ -104,7 +116,9 @@ def test_damped_modes_are_all_the_eigenvalues(linear: LinearModel) -> None:
         assert mode.damping_ratio == pytest.approx(-mode.eigenvalue.real / abs(mode.eigenvalue), rel=1e-14)
 
 
-def test_free_flight_is_one_mode_of_frequency_zero(quarter_linear: LinearModel, chain_linear: LinearModel) -> None:
+def test_free_flight_is_one_mode_of_frequency_zero(
+    quarter_linear: LinearModel, chain_linear: LinearModel
+) -> None:
     for linear in (one_mass(quarter_linear, damping=0.0, stiffness=0.0), chain_linear):
         rigid, *others = damped_modes(linear)
         assert (rigid.frequency_hz, rigid.damping_ratio, rigid.eigenvalue) == (0.0, 0.0, 0j)
@@ -141,11 +155,15 @@ def test_sedan_s_modes_are_called_by_what_moves(sedan_linear: LinearModel) -> No
     assert yaw.damping_ratio == pytest.approx(0.014, abs=5e-4)
 
 
-@pytest.mark.parametrize("factor", [0.8, 1.25])
-@pytest.mark.parametrize("group", ["suspension.front.spring", "tyre.rear.stiffness", "body.front.mass", "body"])
+@pytest.mark.parametrize("factor", [0.75, 1.25])
+@pytest.mark.parametrize(
+    "group", ["suspension.front.spring", "tyre.rear.stiffness", "body.front.mass", "body"]
+)
 def test_names_survive_another_car(sedan: Model, group: str, factor: float) -> None:
     if group == "body":
-        names = [f"body.{s}.inertia.{axes}" for s in ("front", "middle", "rear") for axes in ("xx", "yy", "zz")]
+        names = [
+            f"body.{s}.inertia.{axes}" for s in ("front", "middle", "rear") for axes in ("xx", "yy", "zz")
+        ]
         variant = sedan.scaled(*names, factor=factor)
     else:
         variant = sedan.scaled(group, factor=factor)

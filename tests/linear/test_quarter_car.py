@@ -1,7 +1,7 @@
 """The quarter car against its closed form.
 
-Source: the two-mass model of the textbooks (R. Rajamani, Vehicle Dynamics and Control, 2nd ed., 2012, section 10.2;
-M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, part on vertical motion), with tyre damping:
+Source: the two-mass model of the textbooks, such as R. Rajamani, Vehicle Dynamics and Control, 2nd ed., 2012,
+chapter 10, with tyre damping:
 
     ms zs'' = k (zu - zs) + c (zu' - zs')
     mu zu'' = -k (zu - zs) - c (zu' - zs') + kt (w - zu) + ct (w' - zu')
@@ -119,7 +119,9 @@ def test_an_overdamped_car_has_every_real_pole_once(quarter_car: Model) -> None:
     modes = [mode for mode in damped_modes(linearise(stiff)) if mode.eigenvalue.imag == 0]
     np.testing.assert_allclose(np.sort([mode.eigenvalue.real for mode in modes]), real, rtol=1e-9)
     np.testing.assert_allclose([mode.damping_ratio for mode in modes], 1.0, rtol=1e-14)
-    np.testing.assert_allclose(sorted(mode.frequency_hz for mode in modes), np.sort(-real) / (2 * np.pi), rtol=1e-9)
+    np.testing.assert_allclose(
+        sorted(mode.frequency_hz for mode in modes), np.sort(-real) / (2 * np.pi), rtol=1e-9
+    )
     assert len({mode.name for mode in damped_modes(linearise(stiff))}) == 3
 
 

@@ -31,9 +31,10 @@ def numbers(model: Model, vector: object) -> np.ndarray:
 
 
 def velocity(model: Model, body: Body, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Velocity of a place on a body and angular velocity of the body per unit rate, shape (3, n), at the design position.
+    """Velocity of a place on a body and the body's angular velocity per unit rate, shape (3, n), at rest.
 
-    There all frames are parallel: a slider moves what it carries along its axis, a hinge turns it about its origin.
+    At the design position all frames are parallel: a slider moves what it carries along its axis, a hinge
+    turns it about its origin.
     """
     names = [c.name for c in model.mechanism.coordinates]
     linear, angular = np.zeros((3, len(names))), np.zeros((3, len(names)))
@@ -56,7 +57,7 @@ def test_mass_matrix_is_the_sum_over_the_bodies(vehicle: str, request: pytest.Fi
     expected = np.zeros((model.size, model.size))
     for body in model.mechanism.bodies:
         linear, angular = velocity(model, body, numbers(model, body.mass_centre))
-        moments = np.diag(numbers(model, [body.inertia[i, i] for i in range(3)]))
+        moments = np.diag(numbers(model, (body.inertia.xx, body.inertia.yy, body.inertia.zz)))
         expected += numbers(model, [body.mass])[0] * linear.T @ linear + angular.T @ moments @ angular
     np.testing.assert_allclose(linearise(model).mass, expected, rtol=1e-12, atol=1e-12 * expected.max())
 
@@ -70,7 +71,7 @@ def test_mass_is_positive_definite_and_stiffness_symmetric(linear: LinearModel) 
 
 
 def test_pads_push_through_the_tyres(sedan: Model, sedan_linear: LinearModel) -> None:
-    """A pad's displacement acts by the tyre's stiffness, its rate by the tyre's damping, on the patch that it carries."""
+    """A pad acts on the patch that it carries: by its tyre's stiffness, and with its rate by the damping."""
     value = sedan.parameters.flat()
     for corner in ("front_left", "front_right", "rear_left", "rear_right"):
         axle, side = corner.split("_")
@@ -90,11 +91,12 @@ def test_pads_push_through_the_tyres(sedan: Model, sedan_linear: LinearModel) ->
 
 
 def test_half_car_is_the_hand_built_one(half_car: Model, half_linear: LinearModel) -> None:
-    """M, C, K from kinetic and potential energy written out for the plane; coordinates z, pitch, travel, travel.
+    """M, C, K from the energies written out for the plane; coordinates z, pitch and both travels.
 
     With a = x - xc, h = z - zc of a hub seen from the mass centre, the wheel's place is
-    (h + s) sin(pitch) + a cos(pitch) along x and z - a sin(pitch) + (h + s) cos(pitch) along z. The wheels carry the
-    body's weight, m g in all, at h: the second derivative of their height adds m g h to the pitch stiffness.
+    (h + s) sin(pitch) + a cos(pitch) along x and z - a sin(pitch) + (h + s) cos(pitch) along z. The wheels
+    carry the body's weight, m g in all, at h: the second derivative of their height adds m g h to the pitch
+    stiffness.
     """
     v = half_car.parameters.flat()
     mass = np.diag([v["body.mass"], v["body.inertia.yy"], 0.0, 0.0])
@@ -111,7 +113,9 @@ def test_half_car_is_the_hand_built_one(half_car: Model, half_linear: LinearMode
         stiffness += v[f"{tyre}.stiffness"] * np.outer(rise, rise)
         damping += v[f"{spring}.damper.coefficient"] * np.outer(travel, travel)
         damping += v[f"{tyre}.damping"] * np.outer(rise, rise)
-        np.testing.assert_allclose(half_linear.input_stiffness[:, i], v[f"{tyre}.stiffness"] * rise, rtol=1e-12)
+        np.testing.assert_allclose(
+            half_linear.input_stiffness[:, i], v[f"{tyre}.stiffness"] * rise, rtol=1e-12
+        )
         np.testing.assert_allclose(half_linear.input_damping[:, i], v[f"{tyre}.damping"] * rise, rtol=1e-12)
     for found, expected in (
         (half_linear.mass, mass),
@@ -143,7 +147,7 @@ def test_slope_rule_combines_the_table_s_slopes_at_rest(sedan: Model) -> None:
 
 
 def test_state_matrices_satisfy_the_second_order_equations(linear: LinearModel) -> None:
-    """For random states and inputs, x' and y put back into M q'' + C q' + K q = B u + B' u' and the output equations."""
+    """For random states and inputs, x' and y are put back into the equations they were made from."""
     n, p = len(linear.coordinates), len(linear.inputs)
     matrices = linear.state_matrices()
     state, given = (np.random.default_rng(3).normal(size=(size, 20)) for size in (2 * n, 2 * p))
@@ -162,7 +166,9 @@ def test_state_matrices_satisfy_the_second_order_equations(linear: LinearModel) 
 def test_names_and_units_go_with_the_matrices(sedan_linear: LinearModel) -> None:
     matrices = sedan_linear.state_matrices()
     assert matrices.state_names[:3] == ("x", "y", "z") and matrices.state_names[12:14] == ("x_rate", "y_rate")
-    assert matrices.input_names[2] == "front_left_pad_z" and matrices.input_names[14] == "front_left_pad_z_rate"
+    assert (
+        matrices.input_names[2] == "front_left_pad_z" and matrices.input_names[14] == "front_left_pad_z_rate"
+    )
     units = dict(zip(matrices.output_names, matrices.output_units, strict=True))
     assert units["yaw_rate"] == "rad/s" and units["rear_left_patch_force_z"] == "N"
     assert matrices.state_units[3] == "rad" and matrices.state_units[15] == "rad/s"
@@ -198,17 +204,23 @@ def test_matrices_cannot_be_changed(quarter_linear: LinearModel) -> None:
 
 def test_position_that_is_no_equilibrium_is_refused(quarter_car: Model) -> None:
     wrong = dict(quarter_car.preloads) | {"spring.preload": quarter_car.preloads["spring.preload"] + 12.0}
-    with pytest.raises(OperatingPointError, match=r"12 N is left on coordinate '(body|wheel)'.*give no preloads") as error:
+    with pytest.raises(
+        OperatingPointError, match=r"12 N is left on coordinate '(body|wheel)'.*give no preloads"
+    ) as error:
         linearise(replace(quarter_car, given_preloads=wrong))
     assert "\n" not in str(error.value)
-    np.testing.assert_allclose(linearise(replace(quarter_car, given_preloads=quarter_car.preloads)).residual, 0, atol=1e-9)
+    np.testing.assert_allclose(
+        linearise(replace(quarter_car, given_preloads=quarter_car.preloads)).residual, 0, atol=1e-9
+    )
 
 
 def test_singular_mass_is_refused_by_the_coordinate_s_name(quarter_linear: LinearModel) -> None:
     massless = replace(quarter_linear, mass=np.diag([356.25, 0.0]))
     dependent = replace(quarter_linear, mass=np.array([[1.0, 2.0], [2.0, 4.0]]))
     for linear in (massless, dependent):
-        with pytest.raises(LinearisationError, match="mass matrix of 'quarter_car' is singular: coordinate") as error:
+        with pytest.raises(
+            LinearisationError, match="mass matrix of 'quarter_car' is singular: coordinate"
+        ) as error:
             linear.state_matrices()
         assert "\n" not in str(error.value)
     with pytest.raises(LinearisationError, match="'wheel'"):

@@ -25,7 +25,8 @@ from chassym.nonlinear.harmonic_balance import Extension, at_rest, balance_resid
 def _parameters(model: str, **values: float):
     schema = Schema(model, tuple(ParameterDefinition(name, "1", POSITIVE) for name in values))
     lines = [
-        f'{n} = {{ value = {float(v)!r}, unit = "1", description = "d", source = "s" }}' for n, v in values.items()
+        f'{n} = {{ value = {float(v)!r}, unit = "1", description = "d", source = "s" }}'
+        for n, v in values.items()
     ]
     return parse_parameters("\n".join([f'model = "{model}"', 'description = "test"', *lines]), schema)
 
@@ -46,7 +47,9 @@ def oscillator() -> Model:
 
 @pytest.fixture(scope="module")
 def swing() -> Model:
-    """A damped pendulum that a spring to a moving point drives to large angles: nonlinear by its geometry alone."""
+    """A damped pendulum that a spring to a moving point drives to large angles: nonlinear by its geometry
+    alone.
+    """
     m, k, c, length, g = sympy.symbols("m k c length g", real=True)
     mechanism = Mechanism("swing", gravity=g)
     arm = mechanism.add_body(
@@ -65,10 +68,14 @@ def test_linear_oscillator_has_its_closed_form(oscillator: Model) -> None:
     frequency_hz = 2.5
     s = 2j * np.pi * frequency_hz
     transfer = (6.0 * s + 800.0) / (2.0 * s**2 + 6.0 * s + 800.0)
-    found = steady_state(oscillator, Harmonic(frequency_hz, {"road": 0.03j}), metrics=["displacement", "acceleration"])
+    found = steady_state(
+        oscillator, Harmonic(frequency_hz, {"road": 0.03j}), metrics=["displacement", "acceleration"]
+    )
     assert found.orbit.coefficients[0, 1] == pytest.approx(0.03j * transfer, rel=1e-12)
     assert found.peak_to_peak["displacement"].value == pytest.approx(2 * abs(0.03 * transfer), rel=1e-9)
-    assert found.peak_to_peak["acceleration"].value == pytest.approx(2 * abs(0.03 * transfer * s**2), rel=1e-9)
+    assert found.peak_to_peak["acceleration"].value == pytest.approx(
+        2 * abs(0.03 * transfer * s**2), rel=1e-9
+    )
 
 
 def test_floquet_multipliers_of_a_linear_system_are_exponentials(oscillator: Model) -> None:
@@ -142,7 +149,9 @@ def test_starting_from_a_neighbour_saves_iterations(sedan: Model) -> None:
     first = steady_state(sedan, rig.lateral())
     again = steady_state(sedan, rig.lateral(), start=first.orbit)
     assert again.iterations < first.iterations
-    assert again.peak_to_peak["yaw_rate"].value == pytest.approx(first.peak_to_peak["yaw_rate"].value, rel=1e-5)
+    assert again.peak_to_peak["yaw_rate"].value == pytest.approx(
+        first.peak_to_peak["yaw_rate"].value, rel=1e-5
+    )
 
 
 def test_failure_names_cause_and_remedy(sedan: Model) -> None:

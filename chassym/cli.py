@@ -1,0 +1,259 @@
+"""The command line: what is asked for, in words; what is answered, as a table or one JSON object.
+
+What takes long to import is imported by the command that needs it, so that help and refusals come at once.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from chassym import arguments
+from chassym.requested_test import AXES, TESTS, as_data, find_excitation, find_metrics, print_test
+
+if TYPE_CHECKING:
+    from chassym.derivation import Model
+
+FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
+"""Exit statuses: no result, an argument that cannot be accepted, Ctrl-C."""
+
+WRITTEN_OUT = 4
+"""Most degrees of freedom for which the equations are printed."""
+
+# Typer depended on click and now brings its own copy along; this is the class of either.
+_UsageError: Any = typer.BadParameter.__bases__[0]
+
+app = typer.Typer(
+    help="From a vehicle file to equations of motion, state space and the steady state of nonlinear tests.",
+    add_completion=False,
+    rich_markup_mode=None,
+)
+
+Vehicle = Annotated[str, typer.Argument(metavar="[VEHICLE]", help="A built-in vehicle, or a TOML file.")]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter, unit allowed. Repeatable."),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+
+
+@app.command()
+def study(
+    vehicle: Vehicle = "sedan",
+    output: Annotated[
+        str, typer.Option("--output", "-o", metavar="DIR", help="Folder of the report.")
+    ] = "chassym-study",
+    changes: Changes = None,
+) -> None:
+    """Derive, verify, run both tests, sweeps and sensitivities, and write a report."""
+    folder = arguments.new_folder("--output", output)
+    model = _load(vehicle, changes)
+    from chassym.report import write_report
+    from chassym.study import run_study
+    from chassym.tables import print_comparisons, print_paragraph, progress_bar
+
+    with progress_bar() as progress:
+        results = run_study(model, progress)
+        report = write_report(results, folder)
+    print_comparisons(results.comparisons)
+    print_paragraph(f"Report: {report}")
+
+
+@app.command()
+def parameters(vehicle: Vehicle = "sedan", changes: Changes = None, as_json: AsJson = False) -> None:
+    """List a vehicle's parameters in SI, and where they come from."""
+    found = _load(vehicle, changes).parameters
+    if as_json:
+        fields = ("value", "unit", "description", "source", "reading")
+        _print_json({name: _fields(each, fields) for name, each in found.items()})
+        return
+    from chassym.tables import print_parameters
+
+    print_parameters(found)
+
+
+@app.command()
+def equations(vehicle: Vehicle = "sedan", changes: Changes = None, as_json: AsJson = False) -> None:
+    """Derive the equations of motion and count their operations; write out small ones."""
+    model = _load(vehicle, changes)
+    derived, operations = model.equations, model.equations.operations
+    if as_json:
+        counted = {"degrees_of_freedom": model.size, "operations": operations}
+        _print_json(counted | {"derivation_s": derived.derivation_s})
+        return
+    from chassym.tables import print_paragraph, print_table
+    from chassym.written_equations import written_equations
+
+    rows = [
+        ("degrees of freedom", str(model.size)),
+        ("operations of mass matrix and bias", str(operations["mass_matrix_and_bias"])),
+        ("operations of the whole right-hand side", str(operations["right_hand_side"])),
+        ("time of the derivation", f"{derived.derivation_s:.2g} s"),
+    ]
+    print_table([f"equations of motion of {derived.mechanism.name}", ">"], rows)
+    print_paragraph(f"Coordinates: {', '.join(coordinate.name for coordinate in derived.coordinates)}")
+    if model.size <= WRITTEN_OUT:
+        print_paragraph(
+            "M q'' = f. M is symmetric; F is the force with which an element resists, "
+            "v the rate of its deflection."
+        )
+        for left, right in written_equations(derived):
+            print_paragraph(f"{left} = {right}", indent="    ")
+
+
+@app.command()
+def modes(vehicle: Vehicle = "sedan", changes: Changes = None, as_json: AsJson = False) -> None:
+    """Natural modes about the design position: frequency, damping, and what moves."""
+    model = _load(vehicle, changes)
+    from chassym.linear import damped_modes, linearise, undamped_modes
+
+    linear = linearise(model)
+    damped = damped_modes(linear)
+    if as_json:
+        answer: dict[str, object] = {
+            "undamped_frequencies_hz": undamped_modes(linear).frequencies_hz.tolist(),
+            "modes": [_fields(mode, ("frequency_hz", "damping_ratio", "name")) for mode in damped],
+            "damper_slope_rule": linear.slope_rule if linear.slopes else None,
+        }
+        _print_json(answer)
+        return
+    from chassym.tables import print_paragraph, print_table
+
+    rows = [(f"{mode.frequency_hz:.3f}", f"{mode.damping_ratio:.4f}", mode.name) for mode in damped]
+    print_table([">frequency, Hz", ">damping ratio", "mode"], rows)
+    print_paragraph(linear.description)
+
+
+@app.command()
+def test(
+    name: Annotated[str, typer.Argument(metavar="|".join(TESTS), help="What the pads do.")],
+    vehicle: Vehicle = "sedan",
+    frequency: Annotated[str | None, typer.Option(metavar="HZ", help="Frequency in Hz.")] = None,
+    amplitude: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="Amplitude of the pads in m, or with a unit.")
+    ] = None,
+    lag: Annotated[str | None, typer.Option(metavar="S", help="Delay of the rear pads.")] = None,
+    axes: Annotated[str, typer.Option(metavar="|".join(AXES), help="Axes of what is measured.")] = "ground",
+    tolerance: Annotated[
+        str, typer.Option(metavar="RATIO", help="Largest error, relative to a metric.")
+    ] = "1e-3",
+    changes: Changes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Steady state of a rig test: peak-to-peak values with their errors, patch force and stability."""
+    arguments.choice("test", name, TESTS)
+    arguments.choice("--axes", axes, AXES)
+    settings = {
+        "frequency_hz": None if frequency is None else arguments.frequency_hz("--frequency", frequency),
+        "amplitude_m": None if amplitude is None else arguments.positive("--amplitude", amplitude, "m"),
+        "lag_s": None if lag is None else arguments.finite("--lag", lag, "s"),
+    }
+    relative_error = arguments.positive("--tolerance", tolerance, "1")
+    model = _load(vehicle, changes)
+    given = {key: value for key, value in settings.items() if value is not None}
+    excitation, metrics = find_excitation(name, model, given), find_metrics(model, axes)
+    from chassym.nonlinear import steady_state
+
+    state = steady_state(model, excitation, metrics=list(metrics), tolerance=relative_error)
+    if as_json:
+        _print_json(as_data(name, metrics, state))
+    else:
+        print_test(name, metrics, state)
+
+
+@app.command()
+def export(
+    file: Annotated[str, typer.Argument(metavar="FILE.mat", help="MAT-file for MATLAB, Octave or Simulink.")],
+    vehicle: Vehicle = "sedan",
+    changes: Changes = None,
+) -> None:
+    """Write the state space about the design position, with names and units."""
+    path = arguments.new_file("FILE.mat", file, ".mat")
+    model = _load(vehicle, changes)
+    from chassym.linear import linearise, write_mat
+    from chassym.tables import print_paragraph
+
+    linear = linearise(model)
+    write_mat(path, linear)
+    print_paragraph(f"{path}: {linear.description}")
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status.
+
+    Parameters
+    ----------
+    words
+        The arguments; those that the program was started with by default.
+    """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # where a sign cannot be shown another one will do
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # overflow ends in a refusal of one line
+            return _run(sys.argv[1:] if words is None else list(words))
+    except _UsageError as error:
+        return _refuse(_usage(error), WRONG_INPUT)
+    except (ValueError, RuntimeError) as error:
+        if not type(error).__module__.startswith("chassym."):
+            raise
+        return _refuse(str(error), WRONG_INPUT if isinstance(error, ValueError) else FAILED)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is not written yet goes nowhere
+        return FAILED
+    except OSError as error:
+        return _refuse(f"{error.filename or 'standard output'}: {error.strerror}", FAILED)
+    except KeyboardInterrupt:
+        return _refuse("interrupted", INTERRUPTED)
+
+
+def _run(words: list[str]) -> int:
+    """Run a command by typer's parts instead of its `main`, which has its own ways with errors and Ctrl-C."""
+    command = typer.main.get_command(app)
+    try:
+        with command.make_context("chassym", words) as context:
+            command.invoke(context)
+    except typer.Exit as finished:
+        return finished.exit_code
+    sys.stdout.flush()
+    return 0
+
+
+def _refuse(message: str, status: int) -> int:
+    print(f"chassym: {' '.join(message.split())}", file=sys.stderr)
+    return status
+
+
+def _usage(error: Any) -> str:
+    """What typer finds wrong with the words, and what the command accepts."""
+    message = error.format_message().rstrip(".")
+    if error.ctx is None:
+        return str(message)
+    command, context = error.ctx.command, error.ctx
+    accepted = getattr(command, "commands", None) or [
+        " ".join(filter(None, [each.opts[0] if each.param_type_name == "option" else None, each.metavar]))
+        for each in command.get_params(context)
+    ]
+    return f"{message}; {context.command_path} accepts {', '.join(accepted)}"
+
+
+def _load(vehicle: str, changes: Sequence[str] | None) -> Model:
+    given = arguments.changes(changes or [])
+    from chassym.derivation import load_model
+
+    return load_model(vehicle, given, origin="--set")
+
+
+def _fields(value: object, names: Sequence[str]) -> dict[str, object]:
+    return {name: getattr(value, name) for name in names}
+
+
+def _print_json(answer: Mapping[str, object]) -> None:
+    print(json.dumps(answer, indent=2, allow_nan=False))

@@ -1,0 +1,108 @@
+"""A rig test as it is asked for on the command line: which inputs move, what is measured, and the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from chassym.arguments import ArgumentError
+
+if TYPE_CHECKING:
+    from chassym.derivation import Model
+    from chassym.nonlinear import Harmonic, SteadyState
+
+TESTS = ("lateral", "vertical", "heave")
+
+AXES = {"ground": "", "body": "body_axes_"}
+"""Prefixes of the names of what is measured along the axes of the ground and of the body."""
+
+
+def find_excitation(name: str, model: Model, settings: Mapping[str, float]) -> Harmonic:
+    """What the test does to the inputs of a model.
+
+    Parameters
+    ----------
+    name
+        One of `TESTS`.
+    settings
+        Those of ``frequency_hz``, ``amplitude_m`` and ``lag_s`` that are not the test's own.
+
+    Raises
+    ------
+    ArgumentError
+        If the model lacks the inputs that the test moves.
+    """
+    from chassym.nonlinear import rig
+
+    moves = {"lateral": rig.lateral, "vertical": rig.vertical}
+    if name in moves:
+        excitation = moves[name](**settings)
+    else:
+        excitation = rig.heave(**settings, inputs=rig.heave_inputs(model) or rig.PADS)
+    inputs = [each.name for each in model.mechanism.inputs]
+    if not set(excitation.amplitudes) <= set(inputs):
+        vehicle = f"a {model.mechanism.name}, whose inputs are {', '.join(inputs) or 'none'}"
+        raise ArgumentError(f"{name} test", vehicle, f"a vehicle with {', '.join(excitation.amplitudes)}")
+    return excitation
+
+
+def find_metrics(model: Model, axes: str) -> dict[str, str]:
+    """Names of the accelerations and rates along some `AXES`, by the name of the output.
+
+    Raises
+    ------
+    ArgumentError
+        If the model measures none along them.
+    """
+    from chassym.nonlinear.steady_state import measured_names
+
+    prefixes = tuple(filter(None, AXES.values()))
+    chosen = {
+        name: name.removeprefix(AXES[axes])
+        for name in measured_names(model)
+        if (name.startswith(AXES[axes]) if AXES[axes] else not name.startswith(prefixes))
+    }
+    if not chosen:
+        raise ArgumentError("--axes", repr(axes), f"axes along which a {model.mechanism.name} measures")
+    return chosen
+
+
+def as_data(name: str, metrics: Mapping[str, str], state: SteadyState) -> dict[str, Any]:
+    """The answer as one JSON object; metrics under the names that they are given by their outputs."""
+    contact = state.contact
+    return {
+        "test": name,
+        "frequency_hz": state.orbit.excitation.frequency_hz,
+        "metrics": {
+            metrics[output]: {"peak_to_peak": metric.value, "unit": metric.unit, "error": metric.error}
+            for output, metric in state.peak_to_peak.items()
+        },
+        "minimum_patch_force": contact
+        and {"value": contact.value, "unit": "N", "patch": contact.patch, "error": contact.error},
+        "converged": True,
+        "stable": state.is_stable,
+        "harmonics": state.harmonics,
+    }
+
+
+def print_test(name: str, metrics: Mapping[str, str], state: SteadyState) -> None:
+    """The answer as a table, with a warning where no car would do this."""
+    from chassym.tables import print_paragraph, print_table, with_error
+
+    rows = [
+        (metrics[output].replace("_", " "), with_error(metric.value, metric.error), metric.unit)
+        for output, metric in state.peak_to_peak.items()
+    ]
+    vehicle, frequency = state.orbit.model.mechanism.name, state.orbit.excitation.frequency_hz
+    print_paragraph(f"{name.capitalize()} test of {vehicle} at {frequency:g} Hz, steady state")
+    print_table(["", "peak to peak", "unit"], rows)
+    if state.contact is not None:
+        force = with_error(state.contact.value, state.contact.error)
+        place = f" at {state.contact.patch}" if state.contact.patch else ""
+        print_paragraph(f"Smallest patch force: {force} N{place}")
+        if not state.contact.is_kept:
+            print_paragraph(f"WARNING: contact would have been lost{place}: a tyre cannot pull.")
+    largest = abs(state.multipliers[0])
+    print_paragraph(f"Harmonics: {state.harmonics}; largest Floquet multiplier: {largest:.3g}")
+    if not state.is_stable:
+        print_paragraph("WARNING: unstable: the vehicle would not settle into this motion.")
