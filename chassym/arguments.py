@@ -126,7 +126,7 @@ def _number(name: str, text: str, unit: str, domain: Domain) -> float:
     from chassym.derivation.quantity import parse_quantity
     from chassym.derivation.schema import ParameterDefinition
 
-    value = parse_quantity(ParameterDefinition(name, unit, domain), text, "chassym test")
+    value = parse_quantity(ParameterDefinition(name, unit, domain), text, "test")
     assert isinstance(value, float)
     return value
 

@@ -11,11 +11,11 @@ import os
 import sys
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chassym import arguments
+from chassym import arguments, usage
 from chassym.requested_test import AXES, TESTS, as_data, find_excitation, find_metrics, print_test
 
 if TYPE_CHECKING:
@@ -27,16 +27,13 @@ FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 WRITTEN_OUT = 4
 """Most degrees of freedom for which the equations are printed."""
 
-# Typer depended on click and now brings its own copy along; this is the class of either.
-_UsageError: Any = typer.BadParameter.__bases__[0]
-
 app = typer.Typer(
     help="From a vehicle file to equations of motion, state space and the steady state of nonlinear tests.",
     add_completion=False,
     rich_markup_mode=None,
 )
 
-Vehicle = Annotated[str, typer.Argument(metavar="[VEHICLE]", help="A built-in vehicle, or a TOML file.")]
+Vehicle = Annotated[str, typer.Argument(metavar="VEHICLE", help="A built-in vehicle, or a TOML file.")]
 Changes = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter, unit allowed. Repeatable."),
@@ -199,8 +196,8 @@ def main(words: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # overflow ends in a refusal of one line
             return _run(sys.argv[1:] if words is None else list(words))
-    except _UsageError as error:
-        return _refuse(_usage(error), WRONG_INPUT)
+    except usage.UsageError as error:
+        return _refuse(usage.explain(error, typer.main.get_command(app)), WRONG_INPUT)
     except (ValueError, RuntimeError) as error:
         if not type(error).__module__.startswith("chassym."):
             raise
@@ -222,26 +219,13 @@ def _run(words: list[str]) -> int:
             command.invoke(context)
     except typer.Exit as finished:
         return finished.exit_code
-    sys.stdout.flush()
+    print(end="", flush=True)  # what cannot be written is to be noticed here, not at exit
     return 0
 
 
 def _refuse(message: str, status: int) -> int:
     print(f"chassym: {' '.join(message.split())}", file=sys.stderr)
     return status
-
-
-def _usage(error: Any) -> str:
-    """What typer finds wrong with the words, and what the command accepts."""
-    message = error.format_message().rstrip(".")
-    if error.ctx is None:
-        return str(message)
-    command, context = error.ctx.command, error.ctx
-    accepted = getattr(command, "commands", None) or [
-        " ".join(filter(None, [each.opts[0] if each.param_type_name == "option" else None, each.metavar]))
-        for each in command.get_params(context)
-    ]
-    return f"{message}; {context.command_path} accepts {', '.join(accepted)}"
 
 
 def _load(vehicle: str, changes: Sequence[str] | None) -> Model:

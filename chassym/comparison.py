@@ -48,7 +48,7 @@ class Comparison:
     computed, error
         The computed value and the estimate of its error; nan if it could not be computed.
     deviation
-        Of the computed value from the nearest end of the range, relative to that end; 0 inside, nan where it is words.
+        Of the computed value from the nearest end of the range, relative to the end; 0 inside, nan for words.
     verdict
         In words.
     source
@@ -68,7 +68,9 @@ class Comparison:
     source: str
 
 
-def compare(topic: str, quantity: str, published: Published, computed: float, error: float = 0.0) -> Comparison:
+def compare(
+    topic: str, quantity: str, published: Published, computed: float, error: float = 0.0
+) -> Comparison:
     """A number beside a published range.
 
     Examples
@@ -107,12 +109,12 @@ def _verdict(published: Published, computed: float, error: float, deviation: flo
         return "inside"
     if published.low - error <= computed <= published.high + error:
         return "inside within the error"
-    percent = 100 * abs(deviation)
-    return f"outside by {percent:{'.3g' if percent < 1000 else '.0f'}} % ({'below' if deviation < 0 else 'above'})"
+    percent, side = 100 * abs(deviation), "below" if deviation < 0 else "above"
+    return f"outside by {percent:{'.3g' if percent < 1000 else '.0f'}} % ({side})"
 
 
 def direction(changed: Metric, nominal: Metric) -> str:
-    """Whether a metric increases, decreases or hardly changes; undecided if the change is smaller than its error."""
+    """Whether a metric increases, decreases or hardly changes; undecided if its error exceeds the change."""
     if abs(changed.value) <= changed.error:
         return UNDECIDED
     if abs(changed.value) < NEGLIGIBLE * nominal.value:
@@ -125,7 +127,9 @@ def words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def verification(torsion_hz: Sequence[float], wheel_rates: Mapping[str, WheelRate], heave: HeaveTest) -> Iterator[Comparison]:
+def verification(
+    torsion_hz: Sequence[float], wheel_rates: Mapping[str, WheelRate], heave: HeaveTest
+) -> Iterator[Comparison]:
     """Section 2: free torsion, wheel rates by how the test was loaded, peaks in heave."""
     topic = "verification"
     yield compare(topic, "first torsional mode of the body alone", thesis.FREE_TORSION, torsion_hz[1])
@@ -136,7 +140,9 @@ def verification(torsion_hz: Sequence[float], wheel_rates: Mapping[str, WheelRat
     resolution = 0.5 * _step(heave)
     yield compare(topic, "heave: peak of the body", thesis.BODY_PEAK, heave.peak_hz("body"), resolution)
     for wheel in ("front wheel", "rear wheel"):
-        yield compare(topic, f"heave: peak of the {wheel}", thesis.WHEEL_PEAK, heave.peak_hz(wheel), resolution)
+        yield compare(
+            topic, f"heave: peak of the {wheel}", thesis.WHEEL_PEAK, heave.peak_hz(wheel), resolution
+        )
 
 
 def _step(heave: HeaveTest) -> float:
@@ -151,11 +157,13 @@ def nominal(tests: Mapping[str, TestRecord]) -> Iterator[Comparison]:
         for metric in record.test.metrics:
             value = record.metrics[metric]
             quantity = f"{name} test: {words(metric)}, peak to peak"
-            yield compare("nominal tests", quantity, thesis.nominal_range(name, metric), value.value, value.error)
+            yield compare(
+                "nominal tests", quantity, thesis.nominal_range(name, metric), value.value, value.error
+            )
 
 
 def sensitivities(tests: Mapping[str, TestRecord], scaled: Sequence[Scaled]) -> Iterator[Comparison]:
-    """Section 3.3: the largest change of each test's acceleration for every group, and how the groups compare."""
+    """Section 3.3: the largest change of each acceleration by every group, and how the groups compare."""
     for name in tests:
         largest = {group: largest_change(tests, scaled, name, group) for group in STATED_GROUPS}
         for group, found in largest.items():
@@ -169,7 +177,9 @@ def sensitivities(tests: Mapping[str, TestRecord], scaled: Sequence[Scaled]) -> 
             yield compare("sensitivity", quantity, thesis.DOMINANCE, ratio, error)
 
 
-def largest_change(tests: Mapping[str, TestRecord], scaled: Iterable[Scaled], test: str, group: str) -> Metric:
+def largest_change(
+    tests: Mapping[str, TestRecord], scaled: Iterable[Scaled], test: str, group: str
+) -> Metric:
     """The largest change of a test's acceleration, as a size; nan if one of the group's solutions failed."""
     record = tests[test]
     acceleration = record.test.metrics[0]
@@ -189,7 +199,7 @@ def _ratio(large: Metric, small: Metric) -> tuple[float, float]:
 
 
 def trends(tests: Mapping[str, TestRecord], halved: Iterable[Stiffened]) -> Iterator[Comparison]:
-    """Sections 3.1 and 3.2: what half the body stiffness does to every metric, in percent of its nominal value."""
+    """Sections 3.1 and 3.2: what half the body stiffness does to every metric, in percent."""
     for each in halved:
         record = tests[each.outcome.test]
         for metric in record.test.metrics:
@@ -228,8 +238,12 @@ def sweep_spans(sweep: Sequence[Stiffened]) -> Iterator[Comparison]:
         points = curves.get((drawn.test, drawn.placement), [])
         solved = [point.outcome.metrics[drawn.metric] for point in points if not point.outcome.reason]
         for which, choose in (("smallest", min), ("largest", max)):
-            end = choose(solved, key=lambda metric: metric.value, default=Metric(math.nan, drawn.axis.unit, math.nan))
-            quantity = f"{drawn.test} test, {_where(drawn.placement)} stiffness sweep: {which} {words(drawn.metric)}"
+            end = choose(
+                solved, key=lambda metric: metric.value, default=Metric(math.nan, drawn.axis.unit, math.nan)
+            )
+            quantity = (
+                f"{drawn.test} test, {_where(drawn.placement)} stiffness sweep: {which} {words(drawn.metric)}"
+            )
             yield compare("sweep span", quantity, drawn.axis, end.value, end.error)
 
 

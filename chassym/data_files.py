@@ -10,7 +10,7 @@ import numpy as np
 
 from chassym.nonlinear import Metric
 from chassym.rig_tests import TESTS, Outcome, TestRecord
-from chassym.study import StudyResults
+from chassym.study_results import StudyResults
 
 Row = Sequence[object]
 NOT_SOLVED = Metric(float("nan"), "", float("nan"))
@@ -25,7 +25,14 @@ def modes(results: StudyResults) -> Iterator[Row]:
     """Damped modes, lowest first, with the shares of kinetic energy."""
     groups = list(dict.fromkeys(group for mode in results.modes for group in mode.energy))
     shares = [f"energy share of {group} (1)" for group in groups]
-    yield "mode", "frequency (Hz)", "damping ratio (1)", "eigenvalue real (1/s)", "eigenvalue imaginary (rad/s)", *shares
+    yield (
+        "mode",
+        "frequency (Hz)",
+        "damping ratio (1)",
+        "eigenvalue real (1/s)",
+        "eigenvalue imaginary (rad/s)",
+        *shares,
+    )
     for mode in results.modes:
         eigenvalue = complex(mode.eigenvalue)
         numbers = mode.frequency_hz, mode.damping_ratio, eigenvalue.real, eigenvalue.imag
@@ -154,7 +161,14 @@ def _changes(outcome: Outcome, tests: Mapping[str, TestRecord]) -> Iterator[Row]
     for name in record.test.metrics:
         value, changed = outcome.metrics.get(name, NOT_SOLVED), outcome.changes.get(name, NOT_SOLVED)
         found = value.value, value.error, changed.value, changed.error
-        yield name, record.metrics[name].unit, *found, outcome.minimum_patch_force, outcome.largest_multiplier, outcome.reason
+        yield (
+            name,
+            record.metrics[name].unit,
+            *found,
+            outcome.minimum_patch_force,
+            outcome.largest_multiplier,
+            outcome.reason,
+        )
 
 
 def _text(rows: Iterator[Row]) -> str:

@@ -82,7 +82,11 @@ class HeaveTest:
 
 
 def run_heave(
-    model: Model, linear: LinearModel, frequencies_hz: Sequence[float], tolerance: float, announce: Callable[[str], None]
+    model: Model,
+    linear: LinearModel,
+    frequencies_hz: Sequence[float],
+    tolerance: float,
+    announce: Callable[[str], None],
 ) -> HeaveTest:
     """Run the stepped sine, each frequency starting from the orbit of the last, and the linear response."""
     points, last = [], None
@@ -93,15 +97,21 @@ def run_heave(
         points.append(point)
     fine = np.linspace(min(frequencies_hz), max(frequencies_hz), LINEAR_STEPS * (len(frequencies_hz) - 1) + 1)
     response = heave_response(linear, fine)
-    amplitudes = {what: AMPLITUDE_M * np.abs(response.select(name, "heave")) for what, name in OUTPUTS.items()}
+    amplitudes = {
+        what: AMPLITUDE_M * np.abs(response.select(name, "heave")) for what, name in OUTPUTS.items()
+    }
     return HeaveTest(tuple(points), fine, amplitudes)
 
 
-def _step(model: Model, frequency_hz: float, tolerance: float, start: Orbit | None) -> tuple[HeavePoint, Orbit | None]:
+def _step(
+    model: Model, frequency_hz: float, tolerance: float, start: Orbit | None
+) -> tuple[HeavePoint, Orbit | None]:
     """One frequency of the stepped sine, and its orbit."""
     excitation = rig.heave(frequency_hz, AMPLITUDE_M)
     try:
-        state = steady_state(model, excitation, metrics=list(OUTPUTS.values()), tolerance=tolerance, start=start)
+        state = steady_state(
+            model, excitation, metrics=list(OUTPUTS.values()), tolerance=tolerance, start=start
+        )
     except FAILURES as failure:
         return HeavePoint(frequency_hz, {}, float("nan"), str(failure)), None
     amplitudes = {what: 0.5 * state.peak_to_peak[name].value for what, name in OUTPUTS.items()}

@@ -1,9 +1,8 @@
 """The report of a study: one self-contained HTML page with its figures, and the data beside it as CSV files.
 
-The picture in the README is one of its figures, written by::
+The picture in the README is ``stiffness_sweeps.png`` of the reference car's report::
 
-    python -c "from pathlib import Path; from chassym.derivation import load_model; from chassym.report import write_picture; \\
-        from chassym.study import run_study; write_picture(run_study(load_model()), Path('docs/report.png'))"
+    chassym study -o study && cp study/stiffness_sweeps.png docs/report.png
 """
 
 from __future__ import annotations
@@ -11,27 +10,29 @@ from __future__ import annotations
 import base64
 import io
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import jinja2
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from chassym.comparison import Comparison, words
 from chassym.data_files import data_files
-from chassym.derivation import Parameter
 from chassym.heave import AMPLITUDE_M, HeaveTest
 from chassym.linear.plots import plot_modes
 from chassym.nonlinear import plots
 from chassym.nonlinear.plots import readable_unit
+from chassym.printed import number, parameter_value, with_error
 from chassym.rig_tests import TestRecord
-from chassym.study import StudyResults
+from chassym.study_results import StudyResults
 from chassym.variants import FACTORS, GROUPS, PLACES, sweep_curves
 
-STYLE: Mapping[str, object] = {
+STYLE: Any = {
     "font.size": 9.5,
     "axes.labelsize": 9.5,
     "axes.titlesize": 10,
@@ -41,8 +42,12 @@ STYLE: Mapping[str, object] = {
 """Of all figures; with a fixed salt equal studies make equal files."""
 
 
+UNDATED = {"svg": "Date", "png": "Software"}
+"""Metadata of a figure to leave out by its format: it would differ between equal studies."""
+
+
 def write_report(results: StudyResults, folder: Path) -> Path:
-    """Write ``report.html`` and the CSV files into a folder, which is made if it is not there.
+    """Write ``report.html``, the CSV files and ``stiffness_sweeps.png`` into a folder, made if need be.
 
     Existing files are replaced, each at once: a reader sees the old file or the new one.
 
@@ -56,26 +61,27 @@ def write_report(results: StudyResults, folder: Path) -> Path:
     OSError
         If the folder cannot be made or written to.
     """
-    files = data_files(results)
-    page = render(results, list(files))
+    data = data_files(results)
+    contents = {name: text.encode("utf-8") for name, text in data.items()}
+    contents["stiffness_sweeps.png"] = picture(results)
+    contents["report.html"] = render(results, list(data)).encode("utf-8")
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        _replace(folder / name, text.encode("utf-8"))
-    _replace(folder / "report.html", page.encode("utf-8"))
+    for name, content in contents.items():
+        _replace(folder / name, content)
     return folder / "report.html"
 
 
-def write_picture(results: StudyResults, path: Path) -> None:
-    """Write the figure of the body stiffness sweep in the lateral test as a PNG file."""
-    with rc_context(dict(STYLE)):
-        buffer = io.BytesIO()
-        sweep_figure(results, "lateral").savefig(buffer, format="png", dpi=110)
-    _replace(path, buffer.getvalue())
+def picture(results: StudyResults) -> bytes:
+    """The body stiffness sweeps of both tests as a PNG file for use elsewhere."""
+    with rc_context(STYLE):
+        return _saved(sweep_figure(results, list(results.tests)), "png", dpi=120)
 
 
 def render(results: StudyResults, files: list[str]) -> str:
     """The page; `files` are the names of the data files to mention."""
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
     environment.filters |= {
         "number": number,
         "with_error": with_error,
@@ -84,10 +90,17 @@ def render(results: StudyResults, files: list[str]) -> str:
         "value": parameter_value,
         "stamp": lambda moment: moment.strftime("%Y-%m-%d %H:%M UTC"),
     }
+    environment.tests["agreeing"] = lambda verdict: verdict.startswith(("inside", "agrees"))
     template = resources.files("chassym").joinpath("templates/report.html").read_text(encoding="utf-8")
     topics = _by_topic(results)
     return environment.from_string(template).render(
-        results=results, figures=figures(results), topics=topics, files=files, groups=GROUPS, places=PLACES, factors=FACTORS
+        results=results,
+        figures=figures(results),
+        topics=topics,
+        files=files,
+        groups=GROUPS,
+        places=PLACES,
+        factors=FACTORS,
     )
 
 
@@ -108,8 +121,8 @@ def figures(results: StudyResults) -> dict[str, str]:
     }
     for name, record in results.tests.items():
         draw[f"{name}_waveforms"] = lambda record=record: waveform_figure(record)  # type: ignore[misc]
-        draw[f"{name}_sweep"] = lambda name=name: sweep_figure(results, name)  # type: ignore[misc]
-    with rc_context(dict(STYLE)):
+        draw[f"{name}_sweep"] = lambda name=name: sweep_figure(results, [name])  # type: ignore[misc]
+    with rc_context(STYLE):
         return {name: _embedded(figure()) for name, figure in draw.items()}
 
 
@@ -154,7 +167,9 @@ def waveform_figure(record: TestRecord) -> Figure:
     figure = Figure(figsize=(9.0, 5.2), layout="constrained")
     panels = figure.subplots(len(names), 1, sharex=True)
     for axes, name in zip(panels, names, strict=True):
-        plots.plot_waveform(axes, record.time_s, record.waveforms[name], words(name), record.metrics[name].unit)
+        plots.plot_waveform(
+            axes, record.time_s, record.waveforms[name], words(name), record.metrics[name].unit
+        )
         axes.label_outer()
     figure.align_ylabels(panels)
     return figure
@@ -165,11 +180,14 @@ def sensitivity_figure(results: StudyResults) -> Figure:
     figure = Figure(figsize=(10.0, 5.6), layout="constrained")
     grid = figure.subplots(len(results.tests), 3, sharey=True)
     found = {(s.outcome.test, s.group, s.factor): s.outcome.changes for s in results.sensitivity}
-    groups = [group.replace(" stiffness and", " stiffness\nand").replace("patch s", "patch\ns") for group in GROUPS]
+    groups = [
+        group.replace(" stiffness and", " stiffness\nand").replace("patch s", "patch\ns") for group in GROUPS
+    ]
     for row, (test, record) in zip(grid, results.tests.items(), strict=True):
         for axes, metric in zip(row, record.test.metrics, strict=True):
             changes = {
-                _percent(factor - 1): [_value(found[test, group, factor], metric) for group in GROUPS] for factor in FACTORS
+                _percent(factor - 1): [_value(found[test, group, factor], metric) for group in GROUPS]
+                for factor in FACTORS
             }
             plots.plot_changes(axes, groups, changes, record.metrics[metric].unit)
             axes.set_title(f"{test}: {words(metric)}", loc="left")
@@ -188,71 +206,43 @@ def _value(metrics: Mapping[str, object], name: str) -> float:
     return float(getattr(metric, "value", "nan"))
 
 
-def sweep_figure(results: StudyResults, test: str) -> Figure:
-    """Every metric of a test over body stiffness at the front, the rear and both."""
-    record, curves = results.tests[test], sweep_curves(results.sweep)
-    figure = Figure(figsize=(9.0, 7.6), layout="constrained")
-    panels = figure.subplots(len(record.test.metrics), 1, sharex=True)
-    nominal = float(results.parameters.flat()[PLACES["front"][0]])
-    for axes, metric in zip(panels, record.test.metrics, strict=True):
-        for series, place in enumerate(PLACES):
-            points = curves.get((test, place), [])
-            values = [_value(point.outcome.metrics, metric) for point in points]
-            label = "front and rear" if place == "both" else place
-            plots.plot_sweep(axes, [point.stiffness for point in points], values, label, series)
-        plots.mark_nominal(axes, nominal, record.metrics[metric].value)
-        axes.set_ylabel(f"{words(metric)}\npeak to peak ({readable_unit(record.metrics[metric].unit)})")
-    panels[-1].set_xlabel("body torsional stiffness (N m/rad)")
-    panels[0].legend(frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0, 1))
-    figure.align_ylabels(panels)
+def sweep_figure(results: StudyResults, tests: Sequence[str]) -> Figure:
+    """Every metric over body stiffness at the front, the rear and both; tests side by side."""
+    rows = max(len(results.tests[test].test.metrics) for test in tests)
+    figure = Figure(
+        figsize=(9.0 + 2.0 * (len(tests) - 1), 7.6 - 1.4 * (len(tests) - 1)), layout="constrained"
+    )
+    grid = figure.subplots(rows, len(tests), sharex=True, squeeze=False)
+    for panels, test in zip(grid.T, tests, strict=True):
+        for axes, metric in zip(panels, results.tests[test].test.metrics, strict=True):
+            _draw_sweep(axes, results, test, metric)
+        panels[0].set_title(f"{test} test", loc="left")
+        panels[-1].set_xlabel("body torsional stiffness (N m/rad)")
+    figure.legend(*grid[0, 0].get_legend_handles_labels(), frameon=False, ncols=4, loc="outside upper right")
+    figure.align_ylabels(grid)
     return figure
 
 
+def _draw_sweep(axes: Axes, results: StudyResults, test: str, metric: str) -> None:
+    curves, nominal = sweep_curves(results.sweep), results.tests[test].metrics[metric]
+    for series, place in enumerate(PLACES):
+        points = curves.get((test, place), [])
+        values = [_value(point.outcome.metrics, metric) for point in points]
+        label = "front and rear" if place == "both" else place
+        plots.plot_sweep(axes, [point.stiffness for point in points], values, label, series)
+    stiffnesses = {float(results.parameters.flat()[name]) for name in PLACES["both"]}
+    plots.mark_nominal(axes, sorted(stiffnesses), nominal.value)
+    axes.set_ylabel(f"{words(metric)}\npeak to peak ({readable_unit(nominal.unit)})")
+
+
 def _embedded(figure: Figure) -> str:
+    return "data:image/svg+xml;base64," + base64.b64encode(_saved(figure, "svg")).decode("ascii")
+
+
+def _saved(figure: Figure, form: str, dpi: float = 100.0) -> bytes:
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
-
-
-def number(value: float, digits: int = 5) -> str:
-    """A number with so many significant digits, and a minus sign as it is printed.
-
-    Examples
-    --------
-    >>> number(-0.123456)
-    '−0.12346'
-    """
-    if not np.isfinite(value):
-        return "–" if np.isnan(value) else "∞"
-    return f"{value:.{digits}g}".replace("-", "−")
-
-
-def with_error(value: float, error: float) -> str:
-    """A value and its error in as many digits as the error allows, six at most.
-
-    Examples
-    --------
-    >>> with_error(5.718281, 0.00005), with_error(0.75, 0.0)
-    ('5.71828 ± 0.00005', '0.75')
-    """
-    if not np.isfinite(value) or not error > 0:
-        return number(value)
-    leading = np.floor(np.log10(abs(value))) if value else 0.0
-    decimals = int(min(-np.floor(np.log10(error)), 5 - leading))
-    return f"{value:.{max(decimals, 0)}f} ± {error:.1g}".replace("-", "−")
-
-
-def parameter_value(parameter: Parameter) -> str:
-    """A parameter's value in SI.
-
-    Examples
-    --------
-    >>> parameter_value(Parameter("k", (1.0, 2.5), "N/m", "rate", "measured"))
-    '[1, 2.5]'
-    """
-    if isinstance(parameter.value, tuple):
-        return "[" + ", ".join(number(each, 8) for each in parameter.value) + "]"
-    return number(parameter.value, 8)
+    figure.savefig(buffer, format=form, dpi=dpi, metadata={UNDATED[form]: None})
+    return buffer.getvalue()
 
 
 def _replace(target: Path, data: bytes) -> None:

@@ -56,15 +56,16 @@ def find_metrics(model: Model, axes: str) -> dict[str, str]:
     """
     from chassym.nonlinear.steady_state import measured_names
 
-    prefixes = tuple(filter(None, AXES.values()))
-    chosen = {
-        name: name.removeprefix(AXES[axes])
-        for name in measured_names(model)
-        if (name.startswith(AXES[axes]) if AXES[axes] else not name.startswith(prefixes))
-    }
-    if not chosen:
-        raise ArgumentError("--axes", repr(axes), f"axes along which a {model.mechanism.name} measures")
-    return chosen
+    measured: dict[str, dict[str, str]] = {}
+    for name in measured_names(model):
+        along = max(AXES, key=lambda each: len(AXES[each]) if name.startswith(AXES[each]) else -1)
+        measured.setdefault(along, {})[name] = name.removeprefix(AXES[along])
+    if axes not in measured:
+        expected = (
+            f"{' or '.join(measured) or 'another vehicle'}, as a {model.mechanism.name} measures nothing else"
+        )
+        raise ArgumentError("--axes", repr(axes), expected)
+    return measured[axes]
 
 
 def as_data(name: str, metrics: Mapping[str, str], state: SteadyState) -> dict[str, Any]:

@@ -9,7 +9,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from chassym.derivation import EquilibriumError, Model
-from chassym.nonlinear import Contact, Harmonic, Metric, NoPeriodicOrbitError, Orbit, SteadyState, rig, steady_state
+from chassym.nonlinear import (
+    Contact,
+    Harmonic,
+    Metric,
+    NoPeriodicOrbitError,
+    Orbit,
+    SteadyState,
+    rig,
+    steady_state,
+)
 from chassym.thesis import METRICS
 
 FAILURES = (NoPeriodicOrbitError, EquilibriumError, np.linalg.LinAlgError)
@@ -43,7 +52,7 @@ class TestRecord:
     test
         Which one.
     metrics
-        Peak-to-peak value of every acceleration and angular rate, in ground and in body axes, by the output's name.
+        Peak-to-peak value of every acceleration and angular rate in ground and in body axes, by output.
     contact
         Smallest vertical patch force.
     harmonics
@@ -135,7 +144,9 @@ def outcome(
     test, reason = nominal.test, ""
     for start in (*starts, None):
         try:
-            state = steady_state(model, test.excitation, metrics=test.metrics, tolerance=tolerance, start=start)
+            state = steady_state(
+                model, test.excitation, metrics=test.metrics, tolerance=tolerance, start=start
+            )
         except FAILURES as failure:
             reason = str(failure)
             continue
@@ -153,5 +164,7 @@ def change(varied: Metric, nominal: Metric) -> Metric:
 
 def _contact(state: SteadyState) -> Contact:
     if state.contact is None:
-        raise ValueError(f"mechanism {state.orbit.model.mechanism.name!r} has no contact patches; a full car is needed")
+        raise ValueError(
+            f"mechanism {state.orbit.model.mechanism.name!r} has no contact patches; a full car is needed"
+        )
     return state.contact

@@ -7,7 +7,7 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group, RenderableType
@@ -29,15 +29,16 @@ MOST_ROWS = 8
 
 
 def print_table(headings: Sequence[str], rows: Iterable[Sequence[RenderableType]]) -> None:
-    """Print a table; a column whose heading begins with ``>`` stands to the right."""
+    """Print a table and an empty line; a column whose heading begins with ``>`` is set to the right."""
     table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False)
     for heading in headings:
-        right = heading.startswith(">")
-        table.add_column(heading.removeprefix(">"), justify="right" if right else "left", overflow="fold")
+        justify: Literal["left", "right"] = "right" if heading.startswith(">") else "left"
+        table.add_column(heading.removeprefix(">"), justify=justify, overflow="fold")
     for row in rows:
         table.add_row(*row)
     console = _console()
     console.print(table, width=min(console.width, MOST_COLUMNS))
+    print()
 
 
 def print_paragraph(text: str, indent: str = "") -> None:
@@ -46,7 +47,7 @@ def print_paragraph(text: str, indent: str = "") -> None:
 
 
 def print_parameters(parameters: Parameters) -> None:
-    """Print values in SI with their descriptions; then, for those marked, how an ambiguous source was read."""
+    """Print values in SI with descriptions; then, for those marked, how an ambiguous source was read."""
     print_paragraph(f"{parameters.description} (model {parameters.schema.model})")
     rows = (
         (
@@ -108,7 +109,7 @@ def with_error(value: float, error: float) -> str:
 
 @contextmanager
 def progress_bar() -> Iterator[Callable[[str, float], None]]:
-    """Give a function to tell what is being done and the fraction done, drawn on standard error if a terminal."""
+    """Give a function of what is being done and the fraction done; drawn on standard error in a terminal."""
     with Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(),

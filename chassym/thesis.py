@@ -1,8 +1,9 @@
-"""What the reference thesis reports, as data: its figures' axes, numbers and statements, each with its source.
+"""What the reference thesis reports, as data: figures' axes, numbers and statements, each with its source.
 
-Y. Liu, Investigation of Vehicle Body Stiffness Modification on Vehicle Ride Comfort and Handling Using a Low-Order
-Vehicle Model, honors thesis, The Ohio State University, 2016. The curves of its figures are not available as numbers;
-the axes of the figures are, and every nominal value lies inside the axis of each figure that shows it.
+Y. Liu, Investigation of Vehicle Body Stiffness Modification on Vehicle Ride Comfort and Handling Using a
+Low-Order Vehicle Model, honors thesis, The Ohio State University, 2016. The curves of its figures are not
+available as numbers; the axes of the figures are, and every nominal value lies inside the axis of each figure
+that shows it.
 """
 
 from __future__ import annotations
@@ -152,4 +153,4 @@ TRENDS: Mapping[tuple[str, str, str], str] = {
     ("vertical", "both", "pitch_rate"): HARDLY_CHANGES,
     ("vertical", "both", "roll_rate"): DECREASES,
 }
-"""What a metric does where the stiffness at a place falls towards half, in the words of sections 3.1 and 3.2."""
+"""What a metric does where the stiffness at a place falls towards half. Sections 3.1 and 3.2."""

@@ -1,4 +1,4 @@
-"""Variants of the car in both tests: sensitivity, halved body stiffness, stiffness sweeps and alternative readings."""
+"""Variants of the car in both tests: sensitivity, half the stiffness, stiffness sweeps, other readings."""
 
 from __future__ import annotations
 
@@ -141,14 +141,19 @@ class VariantRunner:
                 yield Reread(reading.name, found)
 
     def sweep(self, stiffnesses: Sequence[float]) -> Iterator[Stiffened]:
-        """Every body stiffness (N m/rad) at every place, the others nominal; in ascending order of stiffness."""
+        """Every body stiffness (N m/rad) at every place, the others nominal; ascending."""
         for record in self.nominal.values():
             for place in PLACES:
-                found = [*self._branch(record, place, stiffnesses, -1), *self._branch(record, place, stiffnesses, 1)]
+                found = [
+                    *self._branch(record, place, stiffnesses, -1),
+                    *self._branch(record, place, stiffnesses, 1),
+                ]
                 yield from sorted(found, key=lambda point: point.stiffness)
 
-    def _branch(self, record: TestRecord, place: str, stiffnesses: Sequence[float], sign: int) -> Iterator[Stiffened]:
-        """The stiffnesses below (-1) or above (+1) the nominal one, going away from it and each starting from the last."""
+    def _branch(
+        self, record: TestRecord, place: str, stiffnesses: Sequence[float], sign: int
+    ) -> Iterator[Stiffened]:
+        """Stiffnesses below (-1) or above (+1) the nominal one, going away, each from the last orbit."""
         nominal = self.model.values[PLACES[place][0]]
         ahead = [s for s in stiffnesses if (s < nominal if sign < 0 else s >= nominal)]
         last = record.orbit
@@ -165,4 +170,7 @@ class VariantRunner:
 
 def sweep_curves(sweep: Sequence[Stiffened]) -> dict[tuple[str, str], list[Stiffened]]:
     """The points of a sweep by test and place."""
-    return {key: list(points) for key, points in groupby(sweep, key=lambda point: (point.outcome.test, point.placement))}
+    return {
+        key: list(points)
+        for key, points in groupby(sweep, key=lambda point: (point.outcome.test, point.placement))
+    }

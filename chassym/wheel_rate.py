@@ -1,4 +1,4 @@
-"""The kinematics and compliance test: vertical patch force against wheel travel with the body held to the ground."""
+"""The kinematics and compliance test: vertical patch force against wheel travel with the body held."""
 
 from __future__ import annotations
 
@@ -60,15 +60,17 @@ class WheelRate:
         return self.closed_form - self.spring_rate
 
 
-def measure_wheel_rates(model: Model, *, static_load: bool = True, amplitude_m: float = AMPLITUDE_M) -> dict[str, WheelRate]:
-    """Run the test with all pads moving up and down in phase, free in the plane; a result for each axle's right wheel.
+def measure_wheel_rates(
+    model: Model, *, static_load: bool = True, amplitude_m: float = AMPLITUDE_M
+) -> dict[str, WheelRate]:
+    """Move all pads up and down in phase, free in the plane; a result for the right wheel of each axle.
 
     Parameters
     ----------
     model
         A full car. Its preloads hold the design position.
     static_load
-        Whether the wheels carry the car's weight. Without it, springs start from rest: what is left is their own rate.
+        Whether the wheels carry the car's weight. Without it, what is left is the rate of the springs.
     amplitude_m
         Of the pads (m).
     """
@@ -76,7 +78,9 @@ def measure_wheel_rates(model: Model, *, static_load: bool = True, amplitude_m: 
     if not static_load:
         parameters = parameters.replace({"gravity": WEIGHTLESS})
     preloads = model.preloads if static_load else dict.fromkeys(model.preloads, 0.0)
-    held = Model(parameters, CompiledEquations(kinematics_and_compliance_rig(parameters)), given_preloads=preloads)
+    held = Model(
+        parameters, CompiledEquations(kinematics_and_compliance_rig(parameters)), given_preloads=preloads
+    )
     travels = [f"{axle}_right_wheel_travel" for axle in AXLES]
     state = steady_state(held, rig.heave(FREQUENCY_HZ, amplitude_m), metrics=travels)
     return {axle: _read(held, state, axle) for axle in AXLES}
@@ -108,22 +112,22 @@ def spring_rate(parameters: Parameters, axle: str) -> float:
 
 
 def static_patch_force(preloads: Mapping[str, float], axle: str) -> float:
-    """Vertical force under a wheel in the design position (N): the tyre's preload, which resists and so is negative."""
+    """Vertical force under a wheel in the design position (N): the reaction to the tyre's preload."""
     return -preloads[f"{axle}_right_tyre_z.preload"]
 
 
 def closed_form(parameters: Parameters, axle: str, static_force: float) -> float:
     """Slope of the vertical patch force over wheel travel at the design position, body held (N/m).
 
-    With the wheel centre C at (a, b) and the patch P at (p, r) from the arm's pivot, in the plane across the car, moments
-    about the pivot at arm angle phi give F = (k s + S) c / d: travel s = a sin phi + b cos phi - b, spring rate k, load S of
-    preload and wheel weight at C, levers c = a cos phi - b sin phi and d = p cos phi - r sin phi. As F = F0 without travel,
-    S = F0 p / a, and
+    With the wheel centre C at (a, b) and the patch P at (p, r) from the arm's pivot, in the plane across the
+    car, moments about the pivot at arm angle phi give F = (k s + S) c / d: travel
+    s = a sin phi + b cos phi - b, spring rate k, load S of preload and wheel weight at C, levers
+    c = a cos phi - b sin phi and d = p cos phi - r sin phi. As F = F0 without travel, S = F0 p / a, and
 
         dF/ds = k a / p + F0 (a r - b p) / (p a^2).
 
-    The second term is made by the static load: the patch lies below the wheel centre, and as the wheel rises the patch moves
-    outwards by more, where a smaller force balances the same load.
+    The second term is made by the static load: the patch lies below the wheel centre, and as the wheel rises
+    the patch moves outwards by more, where a smaller force balances the same load.
     """
     values = parameters.flat()
     pivot, centre, patch = (

@@ -96,7 +96,8 @@ class DamperTable(Knotted):
 def _number(expression: sympy.Expr, values: Mapping[str, float]) -> float:
     """An expression of parameters for given values."""
     expression = sympy.sympify(expression)
-    return float(expression.subs({symbol: values[symbol.name] for symbol in expression.free_symbols}))
+    numbers = {symbol: sympy.Float(values[symbol.name]) for symbol in expression.free_symbols}
+    return float(expression.xreplace(numbers))
 
 
 def mean_slope(left: float, right: float) -> float:

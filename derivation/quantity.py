@@ -41,7 +41,7 @@ def parse_quantity(
     >>> parse_quantity(ParameterDefinition("velocities", "m/s", length=3), "[-150, 0, 100] mm/s", "text")
     (-0.15, 0.0, 0.1)
     """
-    raw, unit = _split_quantity(given, definition.name, origin) if isinstance(given, str) else (given, "")
+    raw, unit = _split_quantity(definition, given, origin) if isinstance(given, str) else (given, "")
     return si_value(definition, raw, unit or definition.unit, origin)
 
 
@@ -56,7 +56,8 @@ def si_value(definition: ParameterDefinition, raw: object, unit: str, origin: st
     numbers = _numbers(raw if definition.is_list else [raw])
     values = () if numbers is None else _converted(numbers, unit, definition, origin)
     if not definition.admits(values):
-        raise refusal(origin, definition.name, f"{shown(raw)} {unit}", definition.expected)
+        received = shown(raw) if unit == "1" else f"{shown(raw)} {unit}"
+        raise refusal(origin, definition.name, received, definition.expected)
     return values if definition.is_list else values[0]
 
 
@@ -69,14 +70,15 @@ def shown(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _split_quantity(text: str, name: str, origin: str) -> tuple[float | list[float], str]:
+def _split_quantity(
+    definition: ParameterDefinition, text: str, origin: str
+) -> tuple[float | list[float], str]:
     """Number or list, and unit, of text such as ``200 N*m/deg`` or ``[-1, 0.5] m/s``."""
     match = _QUANTITY.fullmatch(text)
     entries = [] if match is None or match[2] is None else [entry.strip() for entry in match[2].split(",")]
     if match is None or not all(re.fullmatch(_NUMBER, entry) for entry in entries):
-        raise refusal(
-            origin, name, shown(text), "a number or a [list], and a unit: '200 N*m/deg', '[-1, 0, 1] m/s'"
-        )
+        example = "'[-1, 0, 1] m/s'" if definition.is_list else "'200 N*m/deg'"
+        raise refusal(origin, definition.name, shown(text), f"{definition.expected}, written like {example}")
     return [float(entry) for entry in entries] if match[1] is None else float(match[1]), match[3]
 
 

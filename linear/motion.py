@@ -46,7 +46,7 @@ class Motion:
 MOTIONS = (
     Motion(re.compile(r"x"), "longitudinal", "longitudinal"),
     Motion(re.compile(r"y"), "lateral", "lateral"),
-    Motion(re.compile(r"z|bounce|body"), "bounce", "bounce"),
+    Motion(re.compile(r"z|(body_)?bounce"), "bounce", "bounce"),
     Motion(re.compile(r"(front|rear)_torsion"), "body torsion", r"\1 body torsion", along="roll"),
     Motion(
         re.compile(r"(front|rear)_(left|right)_arm_angle"),
@@ -55,7 +55,7 @@ MOTIONS = (
         along="bounce",
     ),
     Motion(re.compile(r"(front|rear)_travel"), r"\1 wheel hop", r"\1 wheel hop", along="bounce"),
-    Motion(re.compile(r"wheel"), "wheel hop", "wheel hop"),
+    Motion(re.compile(r"wheel_bounce"), "wheel hop", "wheel hop"),
 )
 """Words for the coordinates of vehicles; a coordinate that none matches is called by its own name."""
 

@@ -199,22 +199,9 @@ def linearise(model: Model, slope_rule: SlopeRule = mean_slope) -> LinearModel:
     _check_equilibrium(model)
     mechanism, n, p = model.mechanism, model.size, len(model.mechanism.inputs)
     rule = getattr(slope_rule, "__name__", repr(slope_rule))
-    laws = {e.name: e.characteristic for e in mechanism.elements if isinstance(e.characteristic, Knotted)}
-    slopes = {name: law.slope(0.0, model.values, slope_rule) for name, law in laws.items()}
-    for name, slope in slopes.items():
-        if not np.isfinite(slope):
-            raise LinearisationError(
-                f"slope_rule {rule!r} gave {slope} for element {name!r}; a finite slope is needed"
-            )
-    values = model.values | {mechanism.slopes[name].name: slope for name, slope in slopes.items()}
-    shape = n + len(mechanism.outputs), model.argument_count
-    jacobian = model.compiled.linearisation.bind(values).matrix(np.zeros(model.argument_count), shape)
-    if not np.isfinite(jacobian).all():
-        raise LinearisationError(
-            f"a derivative of {mechanism.name!r} at the design position is not finite; check its parameters"
-        )
-    jacobian.flags.writeable = False
-    dynamics, outputs = (np.split(part, np.cumsum([n, n, n, p]), axis=1) for part in np.split(jacobian, [n]))
+    slopes = _slopes(model, slope_rule, rule)
+    derivatives = np.split(_jacobian(model, slopes), [n])
+    dynamics, outputs = (np.split(part, np.cumsum([n, n, n, p]), axis=1) for part in derivatives)
     return LinearModel(
         name=mechanism.name,
         mass=dynamics[2],
@@ -281,3 +268,31 @@ def _check_equilibrium(model: Model) -> None:
             f"{unit} is left on coordinate {coordinate.name!r} and {accepted:.3g} accepted; give no "
             "preloads, and those that hold the design position are used"
         )
+
+
+def _slopes(model: Model, rule: SlopeRule, name: str) -> dict[str, float]:
+    """The slope at rest of every element with a table, by the element's name."""
+    elements = model.mechanism.elements
+    laws = {e.name: e.characteristic for e in elements if isinstance(e.characteristic, Knotted)}
+    slopes = {element: law.slope(0.0, model.values, rule) for element, law in laws.items()}
+    for element, slope in slopes.items():
+        if not np.isfinite(slope):
+            raise LinearisationError(
+                f"slope_rule {name!r} gave {slope} for element {element!r}; a finite slope is needed"
+            )
+    return slopes
+
+
+def _jacobian(model: Model, slopes: Mapping[str, float]) -> Array:
+    """Derivatives of residual, then outputs, by q, q', q'', u, u' at the design position, read-only."""
+    symbols = model.mechanism.slopes
+    values = model.values | {symbols[name].name: slope for name, slope in slopes.items()}
+    shape = model.size + len(model.mechanism.outputs), model.argument_count
+    jacobian = model.compiled.linearisation.bind(values).matrix(np.zeros(model.argument_count), shape)
+    if not np.isfinite(jacobian).all():
+        raise LinearisationError(
+            f"a derivative of {model.mechanism.name!r} at the design position is not finite; check its "
+            "parameters"
+        )
+    jacobian.flags.writeable = False
+    return jacobian

@@ -1,4 +1,4 @@
-"""Pictures of steady states: waveforms, stepped sines, sweeps and changes, drawn on axes that are handed in."""
+"""Pictures of steady states: waveforms, stepped sines, sweeps, changes; drawn on axes that are handed in."""
 
 from __future__ import annotations
 
@@ -77,10 +77,16 @@ def plot_linear_response(
 
 
 def mark_frequencies(axes: Axes, frequencies_hz: Sequence[float], step_hz: float, label: str) -> Axes:
-    """Shade a band of one step around each of some frequencies."""
-    for index, frequency in enumerate(frequencies_hz):
-        low, high = frequency - 0.5 * step_hz, frequency + 0.5 * step_hz
-        axes.axvspan(low, high, color="0.88", linewidth=0, zorder=0, label=None if index else label)
+    """Shade half a step to both sides of each of some ascending frequencies, neighbours together."""
+    bands: list[list[float]] = []
+    for frequency in frequencies_hz:
+        if bands and frequency - bands[-1][1] < 1.01 * step_hz:
+            bands[-1][1] = frequency
+        else:
+            bands.append([frequency, frequency])
+    for index, (first, last) in enumerate(bands):
+        span = first - 0.5 * step_hz, last + 0.5 * step_hz
+        axes.axvspan(*span, color="0.88", linewidth=0, zorder=0, label=None if index else label)
     return axes
 
 
@@ -132,10 +138,19 @@ def plot_sweep(
     return axes
 
 
-def mark_nominal(axes: Axes, parameter: float, value: float) -> Axes:
-    """Mark the nominal case of a sweep with a diamond."""
-    style = {"marker": "D", "markersize": 7, "linestyle": "none", "markeredgecolor": "white", "zorder": 5}
-    axes.plot([parameter], [value], color="black", label="nominal", **style)
+def mark_nominal(axes: Axes, parameters: Sequence[float], value: float) -> Axes:
+    """Mark the nominal case of a sweep with a diamond at each of its parameters."""
+    axes.plot(
+        parameters,
+        [value] * len(parameters),
+        linestyle="none",
+        marker="D",
+        markersize=7,
+        color="black",
+        markeredgecolor="white",
+        zorder=5,
+        label="nominal",
+    )
     return axes
 
 

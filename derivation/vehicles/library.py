@@ -65,7 +65,7 @@ def load_model(
     --------
     >>> car = load_model("quarter_car", {"sprung.mass": "400 kg"})
     >>> [coordinate.name for coordinate in car.mechanism.coordinates]
-    ['body', 'wheel']
+    ['body_bounce', 'wheel_bounce']
     """
     parameters = load_parameters(_source(vehicle), *(kind.schema for kind in KINDS.values()))
     if changes:

@@ -86,14 +86,14 @@ def test_derivatives_are_those_of_the_nonlinear_model_off_the_knots(model: Model
     smooth = off_the_knots(model)
     found, expected = jacobian(linearise(smooth, rule)), richardson(smooth, 0.016)
     scale = np.abs(found).max(axis=1, keepdims=True)
-    assert np.abs((found - expected) / scale).max() < 1e-9
+    assert np.abs((found - expected) / scale).max() < 1e-11
 
 
 def test_mean_slope_is_the_central_difference_across_the_knot(model: Model) -> None:
     """A step to either side of a corner sees half of each slope."""
     found, expected = jacobian(linearise(model, mean_slope)), richardson(model, 0.016)
     scale = np.abs(found).max(axis=1, keepdims=True)
-    assert np.abs((found - expected) / scale).max() < 1e-9
+    assert np.abs((found - expected) / scale).max() < 1e-11
 
 
 def test_left_and_right_slopes_are_the_one_sided_differences(quarter_car: Model) -> None:

@@ -241,7 +241,7 @@ def test_internal_forces_move_no_mass_centre(sedan: Model) -> None:
         q, v = random_state(generator, 0.5, 5.0)
         a = car.accelerations(all_arguments(car, q, v)[:, None])[:, 0]
         mean = WrittenOut(car, q, v, a).mean_acceleration
-        assert mean == pytest.approx([0, 0, -9.81], abs=1e-12 * np.abs(a).max())
+        assert mean == pytest.approx([0, 0, -9.81], abs=1e-15 * np.abs(a).max())
 
 
 def test_free_fall_is_free_of_internal_motion(sedan: Model) -> None:
@@ -274,7 +274,7 @@ def test_left_and_right_are_alike(sedan: Model) -> None:
     reflected = [mirrored(q), mirrored(v), idle, mirrored_pads(u), mirrored_pads(w)]
     image = sedan.accelerations(np.vstack(reflected))
     difference = np.abs(image - mirrored(found)).max(axis=1)
-    assert np.all(difference < 1e-11 * np.abs(found).max(axis=1))
+    assert np.all(difference < 1e-12 * np.abs(found).max(axis=1))
 
 
 def test_the_car_feels_no_place_and_no_heading_without_tyres(sedan: Model) -> None:

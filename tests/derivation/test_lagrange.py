@@ -143,7 +143,7 @@ def test_quarter_car(quarter_car: Model, lambdified: Callable, table_force: Call
     table = [np.array(parameters.value(name)) for name in ("damper.velocity", "damper.force")]
 
     def damper(values: dict) -> dict:
-        return {"damper": table_force(values["wheel_rate"] - values["body_rate"], *table)}
+        return {"damper": table_force(values["wheel_bounce_rate"] - values["body_bounce_rate"], *table)}
 
     compare(quarter_car.equations, quarter_car_by_textbook(), lambdified, quarter_car.values, damper)
 

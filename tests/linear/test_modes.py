@@ -15,6 +15,7 @@ from chassym.linear import (
     linearise,
     undamped_modes,
 )
+from chassym.linear.motion import mode_names
 
 VEHICLES = ["sedan", "quarter_car", "half_car", "torsion_chain"]
 
@@ -196,6 +197,23 @@ def test_energy_shares_add_up(linear: LinearModel) -> None:
         assert min(mode.energy.values()) > -0.1
 
 
+def test_energy_does_not_depend_on_where_the_body_s_place_is_measured(sedan_linear: LinearModel) -> None:
+    """The same car, with the displacement of another point of the body as coordinates."""
+    lever = np.array([0.4, -0.3, 0.7])
+    rotations = {"yaw": [0, 0, 1], "pitch": [0, 1, 0], "roll": [1, 0, 0]}
+    back = np.eye(12)
+    for name, axis in rotations.items():
+        back[:3, sedan_linear.coordinates.index(name)] = -np.cross(axis, lever)
+    moved = replace(
+        sedan_linear,
+        mass=back.T @ sedan_linear.mass @ back,
+        stiffness=back.T @ sedan_linear.stiffness @ back,
+    )
+    for shape in np.random.default_rng(5).normal(size=(5, 12)):
+        expected = energy_shares(sedan_linear, shape)
+        assert energy_shares(moved, np.linalg.solve(back, shape)) == pytest.approx(expected, abs=1e-9)
+
+
 def test_energy_of_a_wheel_that_stays_in_place_is_nothing(half_linear: LinearModel) -> None:
     """The body rises by 1 and the travels by -1: only the body moves."""
     energy = energy_shares(half_linear, np.array([1.0, 0.0, -1.0, -1.0]))
@@ -209,11 +227,19 @@ def test_one_wheel_alone_is_named_by_its_corner(sedan_linear: LinearModel) -> No
     assert "rear right wheel hop" in undamped_modes(replace(sedan_linear, stiffness=stiffness)).names
 
 
+def test_a_second_motion_names_a_mode_only_if_it_is_visible(half_linear: LinearModel) -> None:
+    bounce = np.array([1.0, 0.0, -1.0, -1.0])
+    for pitch, names in ((0.05, ("bounce 1", "bounce 2")), (0.7, ("bounce", "pitch"))):
+        other = bounce + pitch * np.array([0.0, 1.0, -1.3167, 1.4493])
+        assert mode_names(half_linear, [bounce, other], [True, True]) == names
+    assert mode_names(half_linear, [bounce, other], [True, False]) == ("bounce 1", "bounce 2")
+
+
 def test_coordinates_without_a_word_keep_their_names(quarter_linear: LinearModel) -> None:
-    renamed = replace(quarter_linear, coordinates=("engine_block", "wheel"))
+    renamed = replace(quarter_linear, coordinates=("engine_block", "wheel_bounce"))
     assert undamped_modes(renamed).names == ("engine block", "wheel hop")
 
 
 def test_equal_names_are_told_apart(quarter_linear: LinearModel) -> None:
-    twins = replace(one_mass(quarter_linear, damping=0.0, stiffness=1.0), coordinates=("body", "bounce"))
+    twins = replace(one_mass(quarter_linear, damping=0.0, stiffness=1.0), coordinates=("body_bounce", "bounce"))
     assert undamped_modes(twins).names == ("bounce 1", "bounce 2")

@@ -55,6 +55,8 @@ def test_modes_fill_their_bars(axes: Axes, sedan_linear: LinearModel) -> None:
     assert plot_modes(axes, modes, sedan_linear.description) is axes
     widths = np.array([[bar.get_width() for bar in container] for container in axes.containers])
     np.testing.assert_allclose(widths.sum(axis=0), 100)
+    starts = np.array([[bar.get_x() for bar in container] for container in axes.containers])
+    np.testing.assert_allclose(starts[1:], np.cumsum(widths, axis=0)[:-1], atol=1e-9)
     labels = [label.get_text() for label in axes.get_yticklabels()]
     assert len(labels) == 12
     for label, mode in zip(labels, modes, strict=True):
