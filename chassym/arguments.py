@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from collections.abc import Collection, Sequence
 from pathlib import Path
@@ -86,7 +87,7 @@ def frequency_hz(name: str, text: str) -> float:
         If its unit is of the dimension of a frequency and yet not hertz.
     """
     number = positive(name, text, "Hz")
-    if text.strip()[-1].isalpha() and not text.strip().lower().endswith(("hz", "hertz")):
+    if not re.fullmatch(r"[-+.\d\seE]*(\w*(hz|hertz))?\s*", text, re.IGNORECASE):
         raise ArgumentError(name, repr(text), "a number of Hz")
     return number
 
@@ -115,6 +116,8 @@ def new_folder(name: str, path: str) -> Path:
     ArgumentError
         If it is no folder, or cannot be made or written to.
     """
+    if not path:
+        raise ArgumentError(name, "''", "the name of a folder")
     folder = Path(path)
     nearest = next(each for each in (folder.absolute(), *folder.absolute().parents) if os.path.exists(each))
     if not _is_writable_folder(nearest):

@@ -74,7 +74,7 @@ def write_report(results: StudyResults, folder: Path) -> Path:
 def picture(results: StudyResults) -> bytes:
     """The body stiffness sweeps of both tests as a PNG file for use elsewhere."""
     with rc_context(STYLE):
-        return _saved(sweep_figure(results, list(results.tests)), "png", dpi=120)
+        return _saved(sweep_figure(results, list(results.tests)), "png", dpi=95)
 
 
 def render(results: StudyResults, files: list[str]) -> str:

@@ -96,7 +96,7 @@ def print_test(name: str, metrics: Mapping[str, str], state: SteadyState) -> Non
     ]
     vehicle, frequency = state.orbit.model.mechanism.name, state.orbit.excitation.frequency_hz
     print_paragraph(f"{name.capitalize()} test of {vehicle} at {frequency:g} Hz, steady state")
-    print_table(["", "peak to peak", "unit"], rows)
+    print_table(["", ">peak to peak", "unit"], rows)
     if state.contact is not None:
         force = with_error(state.contact.value, state.contact.error)
         place = f" at {state.contact.patch}" if state.contact.patch else ""

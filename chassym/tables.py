@@ -29,11 +29,12 @@ MOST_ROWS = 8
 
 
 def print_table(headings: Sequence[str], rows: Iterable[Sequence[RenderableType]]) -> None:
-    """Print a table and an empty line; a column whose heading begins with ``>`` is set to the right."""
+    """Print a table and an empty line; a heading begins with ``>`` over a column of numbers."""
     table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False)
     for heading in headings:
-        justify: Literal["left", "right"] = "right" if heading.startswith(">") else "left"
-        table.add_column(heading.removeprefix(">"), justify=justify, overflow="fold")
+        number = heading.startswith(">")
+        justify: Literal["left", "right"] = "right" if number else "left"
+        table.add_column(heading.removeprefix(">"), justify=justify, overflow="fold", no_wrap=number)
     for row in rows:
         table.add_row(*row)
     console = _console()
@@ -84,7 +85,7 @@ def print_comparisons(comparisons: Sequence[Comparison]) -> None:
         if len(found) <= MOST_ROWS
         for each in found
     )
-    print_table(["quantity", "published", "computed", "verdict"], rows)
+    print_table(["quantity", "published", ">computed", "verdict"], rows)
     for topic, found in by_topic.items():
         if len(found) > MOST_ROWS:
             agreeing = sum(each.verdict.startswith(("inside", "agrees")) for each in found)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 """Distinct also for colour-blind readers. Source: M. Okabe and K. Ito, Color Universal Design, 2008."""
@@ -133,7 +133,8 @@ def plot_sweep(
     )
     axes.set_xscale("log")
     axes.set_yscale("log")
-    _few_decades(axes)
+    if np.nansum(values) > 0:
+        _few_decades(axes)
     _finish(axes)
     return axes
 
@@ -202,13 +203,20 @@ def _change(size: float) -> str:
 
 
 def _few_decades(axes: Axes) -> None:
-    """Ticks on a logarithmic vertical axis, as many as its decades leave room for, written out."""
+    """Ticks on logarithmic axes, on the vertical one as many as its decades leave room for, written out."""
     low, high = axes.get_ylim()
     decades = np.log10(high / low)
     steps = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0) if decades < 1.2 else (1.0, 2.0, 5.0) if decades < 2.5 else (1.0,)
     axes.yaxis.set_major_locator(LogLocator(subs=steps, numticks=30))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: _power_of_ten(value)))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_locator(NullLocator())
+
+
+def _power_of_ten(value: float) -> str:
+    exponent = f"{np.log10(value):.0f}"
+    return "10" + exponent.translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def _finish(axes: Axes) -> None:

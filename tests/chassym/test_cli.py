@@ -240,6 +240,8 @@ def test_folders_are_no_vehicles(refused, tmp_path):
         ("--frequency", "3 rad/s", ["'3 rad/s'", "Hz"]),
         ("--frequency", "180 rpm", ["'180 rpm'", "Hz"]),
         ("--frequency", "3 1/s", ["'3 1/s'", "Hz"]),
+        ("--frequency", "3 rad*s^-1", ["'3 rad*s^-1'", "Hz"]),
+        ("--frequency", "3 rad*Hz", ["'3 rad*Hz'", "Hz"]),
         ("--amplitude", "25 kg", ["'kg'", "m"]),
         ("--amplitude", "0", ["0.0 m", "greater than zero"]),
         ("--amplitude", "-25 mm", ["-25.0 mm", "greater than zero"]),
@@ -281,6 +283,7 @@ def test_files_that_cannot_be_written_are_refused(refused, tmp_path):
         assert repr(str(path)) in refused("export", str(path))
     for path in (tmp_path / "file", tmp_path / "file" / "report"):
         assert all(each in refused("study", "-o", str(path)) for each in ("--output", repr(str(path))))
+    assert "--output" in refused("study", "-o", "")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.mat"]
 
 
@@ -324,8 +327,9 @@ def test_errors_of_the_program_itself_are_not_hidden(run, monkeypatch):
         run("modes")
 
 
-def test_a_reader_that_has_seen_enough_is_no_error():
-    process = subprocess.Popen([*PROGRAM, "parameters"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+@pytest.mark.parametrize("words", [["parameters"], ["parameters", "--json"], ["--help"]])
+def test_a_reader_that_has_seen_enough_is_no_error(words):
+    process = subprocess.Popen([*PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     process.stdout.close()
     assert process.stderr.read() == b""
     process.wait(timeout=60)
@@ -472,7 +476,7 @@ def expected(model: Model, excitation: Harmonic, prefix: str = "") -> dict[str, 
         (["lateral"], rig.lateral(), ""),
         (["vertical", "--axes", "body"], rig.vertical(), "body_axes_"),
         (
-            ["lateral", "--frequency", "0.002 kHz", "--amplitude", "25 mm", "--lag", "100 ms"],
+            ["lateral", "--frequency", "2e-3kHz", "--amplitude", "25 mm", "--lag", "100 ms"],
             rig.lateral(2.0, 0.025, 0.1),
             "",
         ),

@@ -25,6 +25,7 @@ from chassym.study import StudyResults
 from chassym.variants import PLACES
 
 FIGURES = 8
+EMPTY_IMAGE = "data:image/svg+xml;base64,"
 LOADING = {"src", "href", "data", "poster", "srcset", "action", "background"}
 
 
@@ -70,6 +71,13 @@ def folder(small_study: StudyResults, tmp_path_factory: pytest.TempPathFactory) 
 def page(folder: Path) -> Page:
     """Give the page of the small study."""
     return Page((folder / "report.html").read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the figures out: drawing them takes most of the time."""
+    monkeypatch.setattr(report, "_embedded", lambda figure: EMPTY_IMAGE)
+    monkeypatch.setattr(report, "picture", lambda results: b"")
 
 
 @pytest.fixture(scope="module")
@@ -153,6 +161,7 @@ def test_equal_studies_make_equal_pages(folder: Path, small_study: StudyResults,
         assert file.read_bytes() == (tmp_path / file.name).read_bytes()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_another_car_is_not_taken_for_the_reference(small_study: StudyResults, tmp_path: Path) -> None:
     parameters = small_study.parameters.replace({"gravity": 9.8}, origin="--set")
     other = replace(
@@ -177,14 +186,17 @@ def test_failures_are_shown_with_their_reasons(broken: StudyResults, tmp_path: P
     assert {row["reason of failure"] for row in rows(tmp_path, "heave.csv")} == {"lost", ""}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_study_without_a_sweep_has_a_report(small_study: StudyResults, tmp_path: Path) -> None:
     bare = replace(small_study, sweep=(), plan=replace(small_study.plan, stiffnesses=()))
     assert write_report(bare, tmp_path).is_file()
+    assert picture(bare).startswith(b"\x89PNG")
 
 
 # The files
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_files_are_replaced_and_nothing_is_left_over(small_study: StudyResults, tmp_path: Path) -> None:
     (tmp_path / "report.html").write_text("old")
     (tmp_path / "mine.txt").write_text("kept")
@@ -199,6 +211,7 @@ def test_files_are_replaced_and_nothing_is_left_over(small_study: StudyResults, 
     assert (tmp_path / "mine.txt").read_text() == "kept"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_write_that_fails_leaves_the_old_file(
     small_study: StudyResults, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -221,9 +234,9 @@ def test_the_picture_is_small_and_wide_enough(small_study: StudyResults) -> None
     assert width >= 1000
 
 
-def test_a_report_leaves_the_settings_of_matplotlib_alone(small_study: StudyResults, tmp_path: Path) -> None:
+def test_a_picture_leaves_the_settings_of_matplotlib_alone(small_study: StudyResults) -> None:
     with mpl.rc_context({"font.size": 7.25}):
-        write_report(small_study, tmp_path)
+        picture(small_study)
         assert mpl.rcParams["font.size"] == 7.25
 
 

@@ -172,7 +172,7 @@ def off_axis(sedan: Model) -> Model:
 
 
 def statics(car: Model, axle: str, travel: float) -> float:
-    """Patch force at a travel from moments about the pivot of the left arm, by rotated points."""
+    """Patch force at a travel, from moments about the pivot of the left arm by rotated points."""
     values = car.parameters.flat()
     place = f"suspension.{axle}"
     pivot, centre, patch = (
@@ -252,7 +252,7 @@ def test_linear_heave_at_its_lowest_frequency_follows_the_pads(sedan: Model) -> 
 
 @pytest.fixture
 def nothing_above_a_million(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make every steady state fail whose front section is stiffer than 1e6 N m/rad, but not the nominal one."""
+    """Make every steady state fail with a front stiffness above 1e6 N m/rad other than the nominal one."""
 
     def limited(model: Model, *arguments: object, **options: object) -> object:
         if 1e6 < model.values[PLACES["front"][0]] != 5e6:

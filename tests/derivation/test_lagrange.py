@@ -122,7 +122,7 @@ def compare(
 
 def quarter_car_by_textbook() -> Textbook:
     ground = ReferenceFrame("ground")
-    body, wheel, road = dynamicsymbols("body wheel road")
+    body, wheel, road = dynamicsymbols("body_bounce wheel_bounce road")
     sprung, unsprung, g, k = (named(n) for n in ("sprung.mass", "unsprung.mass", "gravity", "spring.rate"))
     tyre_k, tyre_c = named("tyre.stiffness"), named("tyre.damping")
     spring_preload, tyre_preload = named("spring.preload"), named("tyre.preload")
