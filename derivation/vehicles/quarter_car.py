@@ -31,7 +31,9 @@ def quarter_car(parameters: Parameters) -> Mechanism:
     symbols = ParameterSymbols(parameters)
     car = Mechanism("quarter_car", symbols("gravity"))
     origin = (0, 0, 0)
-    sprung = car.add_body("sprung", car.ground, prismatic("body_bounce", "z"), origin, mass=symbols("sprung.mass"))
+    sprung = car.add_body(
+        "sprung", car.ground, prismatic("body_bounce", "z"), origin, mass=symbols("sprung.mass")
+    )
     unsprung = car.add_body(
         "unsprung", car.ground, prismatic("wheel_bounce", "z"), origin, mass=symbols("unsprung.mass")
     )

@@ -155,10 +155,19 @@ def test_every_parameter_is_listed_and_every_reading_explained(page: Page, small
         assert parameter.source in page.text
 
 
-def test_equal_studies_make_equal_pages(folder: Path, small_study: StudyResults, tmp_path: Path) -> None:
-    write_report(small_study, tmp_path)
-    for file in folder.iterdir():
-        assert file.read_bytes() == (tmp_path / file.name).read_bytes()
+@pytest.mark.usefixtures("undrawn")
+def test_equal_studies_make_equal_pages(small_study: StudyResults, tmp_path: Path) -> None:
+    for name in ("first", "second"):
+        write_report(small_study, tmp_path / name)
+    for file in (tmp_path / "first").iterdir():
+        assert file.read_bytes() == (tmp_path / "second" / file.name).read_bytes()
+
+
+def test_equal_studies_make_equal_figures(small_study: StudyResults) -> None:
+    record = small_study.tests["lateral"]
+    with mpl.rc_context(report.STYLE):
+        first, second = (report._embedded(report.waveform_figure(record)) for _ in range(2))
+    assert first == second
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -241,5 +241,7 @@ def test_coordinates_without_a_word_keep_their_names(quarter_linear: LinearModel
 
 
 def test_equal_names_are_told_apart(quarter_linear: LinearModel) -> None:
-    twins = replace(one_mass(quarter_linear, damping=0.0, stiffness=1.0), coordinates=("body_bounce", "bounce"))
+    twins = replace(
+        one_mass(quarter_linear, damping=0.0, stiffness=1.0), coordinates=("body_bounce", "bounce")
+    )
     assert undamped_modes(twins).names == ("bounce 1", "bounce 2")

@@ -1,9 +1,9 @@
 """The reference car against the thesis it comes from, and against an independent rigid-body engine.
 
 Y. Liu, Investigation of Vehicle Body Stiffness Modification on Vehicle Ride Comfort and Handling Using a
-Low-Order Vehicle Model, honors thesis, The Ohio State University, 2016. The engine's numbers were computed with
-the same readings of the thesis and are given to two or three digits. Both what agrees with the thesis and what
-differs is pinned.
+Low-Order Vehicle Model, honors thesis, The Ohio State University, 2016. The engine's numbers were computed
+with the same readings of the thesis and are given to two or three digits. Both what agrees with the thesis
+and what differs is pinned.
 """
 
 import numpy as np
