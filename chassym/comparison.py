@@ -195,7 +195,7 @@ def _ratio(large: Metric, small: Metric) -> tuple[float, float]:
     if not small.value:
         return math.nan, math.nan
     ratio = large.value / small.value
-    return ratio, ratio * (large.error / large.value + small.error / small.value)
+    return ratio, (large.error + ratio * small.error) / small.value
 
 
 def trends(tests: Mapping[str, TestRecord], halved: Iterable[Stiffened]) -> Iterator[Comparison]:
@@ -208,11 +208,13 @@ def trends(tests: Mapping[str, TestRecord], halved: Iterable[Stiffened]) -> Iter
 
 def _trend(placement: str, found: Outcome, metric: str, nominal_metric: Metric) -> Comparison:
     stated = thesis.TRENDS[found.test, placement, metric]
+    percent = error = math.nan
     if found.reason:
-        percent, error, verdict = math.nan, math.nan, NOT_SOLVED
+        verdict = NOT_SOLVED
     else:
         changed = found.changes[metric]
-        percent, error = (100 * number / nominal_metric.value for number in (changed.value, changed.error))
+        if nominal_metric.value > 0:
+            percent, error = (100 * each / nominal_metric.value for each in (changed.value, changed.error))
         computed = direction(changed, nominal_metric)
         agreement = "agrees: " if computed == stated else "differs: "
         verdict = computed if computed == UNDECIDED else agreement + computed

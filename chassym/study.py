@@ -144,9 +144,7 @@ def free_torsion_frequencies(parameters: Parameters) -> tuple[float, ...]:
         f"inertia.{section}": values[f"body.{section}.inertia.xx"] for section in ("front", "middle", "rear")
     }
     for joint in ("front", "rear"):
-        stiffness = values[f"body.{joint}.torsional_stiffness"]
-        changes[f"stiffness.{joint}"] = stiffness
-        changes[f"damping.{joint}"] = stiffness * values[f"body.{joint}.stiffness_proportional_damping"]
+        changes[f"stiffness.{joint}"] = values[f"body.{joint}.torsional_stiffness"]
     chain = linearise(load_model("torsion_chain", changes))
     return tuple(float(frequency) for frequency in undamped_modes(chain).frequencies_hz)
 

@@ -20,34 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from chassym.derivation.quantity import Value, parse_quantity, shown, si_value
-from chassym.derivation.schema import (
-    ANY,
-    INCREASING,
-    NONNEGATIVE,
-    POSITIVE,
-    Domain,
-    ParameterDefinition,
-    ParameterError,
-    Schema,
-    refusal,
-)
-
-__all__ = [
-    "ANY",
-    "INCREASING",
-    "NONNEGATIVE",
-    "POSITIVE",
-    "Domain",
-    "Parameter",
-    "ParameterDefinition",
-    "ParameterError",
-    "Parameters",
-    "Schema",
-    "Value",
-    "load_parameters",
-    "parse_assignment",
-    "parse_parameters",
-]
+from chassym.derivation.schema import ParameterDefinition, ParameterError, Schema, refusal
 
 _TEXT_FIELDS = ("unit", "description", "source")
 _FIELDS = ("value", *_TEXT_FIELDS, "reading")
@@ -201,6 +174,7 @@ def parse_parameters(text: str, schema: Schema, *alternatives: Schema, origin: s
 
     Examples
     --------
+    >>> from chassym.derivation.schema import POSITIVE
     >>> schema = Schema("point", (ParameterDefinition("body.mass", "kg", POSITIVE),))
     >>> point = parse_parameters('''
     ...     model = "point"

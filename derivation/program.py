@@ -20,11 +20,11 @@ class Program:
     --------
     >>> x, y = sympy.symbols("x y")
     >>> program = Program()
-    >>> a = program.let(x * y)
-    >>> program.let(2 * sympy.sin(a) - x * y)
-    -t0 + 2*t1
-    >>> program.expand([a + 1])
-    [x*y + 1]
+    >>> product = program.let(x * y)
+    >>> program.let(sympy.sin(product) - 2 * product), program.let(-3 * x * y)
+    (t1, -3*t0)
+    >>> program.expand([program.let(1 - x * y)])
+    [-x*y + 1]
     """
 
     def __init__(self) -> None:

@@ -327,7 +327,7 @@ def test_errors_of_the_program_itself_are_not_hidden(run, monkeypatch):
         run("modes")
 
 
-@pytest.mark.parametrize("words", [["parameters"], ["parameters", "--json"], ["--help"]])
+@pytest.mark.parametrize("words", [["parameters"], ["parameters", "torsion_chain", "--json"], ["--help"]])
 def test_a_reader_that_has_seen_enough_is_no_error(words):
     process = subprocess.Popen([*PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     process.stdout.close()
@@ -510,9 +510,13 @@ def test_a_smaller_tolerance_makes_smaller_errors(answer):
     assert abs(rough_metric["peak_to_peak"] - fine_metric["peak_to_peak"]) <= rough_metric["error"]
 
 
-def test_heave_moves_roads_too(answer):
-    found = answer("test", "heave", "half_car", "--amplitude", "5 mm")
-    assert set(found["metrics"]) == {"vertical_acceleration", "pitch_rate"}
+def test_heave_moves_roads_too_the_rear_one_later(answer, half_car):
+    found = answer("test", "heave", "half_car", "--amplitude", "5 mm", "--lag", "0.1", "--frequency", "2")
+    roads = Harmonic(2.0, {"front_road": 0.005, "rear_road": 0.005 * np.exp(-2j * np.pi * 2.0 * 0.1)})
+    state = steady_state(half_car, roads)
+    values = {name: metric["peak_to_peak"] for name, metric in found["metrics"].items()}
+    assert values == pytest.approx({name: metric.value for name, metric in state.peak_to_peak.items()})
+    assert set(values) == {"vertical_acceleration", "pitch_rate"}
     assert found["minimum_patch_force"]["patch"] in ("front", "rear")
 
 

@@ -77,6 +77,33 @@ def test_every_variant_is_there_once(small_study: StudyResults) -> None:
     assert not small_study.failures and not small_study.changed
 
 
+def test_groups_scale_what_they_are_named_after(sedan: Model) -> None:
+    stiffness = {f"tyre.{axle}.stiffness.{axis}" for axle in ("front", "rear") for axis in "xyz"}
+    damping = {name.replace("stiffness", "damping") for name in stiffness}
+    expected = {
+        "contact patch stiffness": stiffness,
+        "contact patch stiffness and damping": stiffness | damping,
+        "damper": {"suspension.front.damper.force", "suspension.rear.damper.force"},
+        "body stiffness": {"body.front.torsional_stiffness", "body.rear.torsional_stiffness"},
+    }
+    scaled = {group: sedan.scaled(*names, factor=0.75).parameters for group, names in GROUPS.items()}
+    assert {group: set(changed_parameters(found)) for group, found in scaled.items()} == expected
+
+
+def test_readings_change_what_they_are_named_after(sedan: Model) -> None:
+    found = {each.name: each.applied(sedan).parameters for each in READINGS}
+    ratios = found["damper tables without their lever ratios"]
+    assert {name: ratios.value(name) for name in changed_parameters(ratios)} == {
+        "suspension.front.damper.lever_ratio": 1.0,
+        "suspension.rear.damper.lever_ratio": 1.0,
+    }
+    bars = found["anti-roll bars at half the rate"]
+    assert {name: bars.value(name) for name in changed_parameters(bars)} == {
+        "suspension.front.anti_roll_bar.rate": pytest.approx(2755.0),
+        "suspension.rear.anti_roll_bar.rate": pytest.approx(1680.0),
+    }
+
+
 def test_changes_are_differences_with_the_sum_of_the_errors(small_study: StudyResults) -> None:
     for each in (*small_study.sensitivity, *small_study.sweep, *small_study.halved, *small_study.rereadings):
         nominal = small_study.tests[each.outcome.test].metrics

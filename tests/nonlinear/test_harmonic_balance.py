@@ -17,7 +17,8 @@ from chassym.derivation import (
     prismatic,
     revolute,
 )
-from chassym.derivation.parameters import POSITIVE, ParameterDefinition, Schema, parse_parameters
+from chassym.derivation.parameters import parse_parameters
+from chassym.derivation.schema import POSITIVE, ParameterDefinition, Schema
 from chassym.nonlinear import Harmonic, NoPeriodicOrbitError, Orbit, fourier, rig, simulate, steady_state
 from chassym.nonlinear.harmonic_balance import Extension, at_rest, balance_residual, jacobian, newton
 

@@ -81,6 +81,18 @@ def test_every_statement_is_there() -> None:
     assert {test for test, _ in thesis.LARGEST_CHANGES} == set(METRICS)
 
 
+def test_nominal_ranges_are_what_the_axes_have_in_common() -> None:
+    found = {key: (nominal_range(*key).low, nominal_range(*key).high) for key in ENGINE}
+    assert found == {
+        ("lateral", "lateral_acceleration"): (6.2, 6.4),
+        ("lateral", "yaw_rate"): (0.75, 0.95),
+        ("lateral", "roll_rate"): (0.55, 0.70),
+        ("vertical", "vertical_acceleration"): (0.66, 0.72),
+        ("vertical", "pitch_rate"): (0.012, 0.0145),
+        ("vertical", "roll_rate"): (0.15, 0.23),
+    }
+
+
 def test_nominal_ranges_lie_inside_every_axis() -> None:
     for each in FIGURE_AXES:
         common = nominal_range(each.test, each.metric)
