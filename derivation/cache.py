@@ -26,8 +26,6 @@ class Entry:
         Number of constants.
     rows, columns
         Where every result stands in the array that the function returns.
-    operations
-        Arithmetic operations of one evaluation.
     object_code
         Machine code.
     """
@@ -36,7 +34,6 @@ class Entry:
     constants: int
     rows: tuple[int, ...]
     columns: tuple[int, ...]
-    operations: int
     object_code: bytes
 
 
@@ -71,7 +68,6 @@ def _encode(entry: Entry) -> bytes:
         "constants": entry.constants,
         "rows": entry.rows,
         "columns": entry.columns,
-        "operations": entry.operations,
         "object_code": base64.b64encode(entry.object_code).decode(),
     }
     text = json.dumps(fields)
@@ -100,7 +96,6 @@ def _decode(data: bytes) -> Entry:
         fields["constants"],
         tuple(fields["rows"]),
         tuple(fields["columns"]),
-        fields["operations"],
         object_code,
     )
 

@@ -36,14 +36,11 @@ class CompiledFunction:
         Names of the parameters it depends on.
     rows, columns
         Position of every result in the matrix it stands for; a vector has the columns zero.
-    operations
-        Arithmetic operations of one evaluation.
     """
 
     parameters: tuple[str, ...]
     rows: Array
     columns: Array
-    operations: int
     _constants: int
     _prologue: Callable[[int, int, int, int, int], None]
     _kernel: Callable[[int, int, int, int, int], None]
@@ -196,7 +193,6 @@ class CompiledEquations:
             entry.parameters,
             np.array(entry.rows, dtype=int),
             np.array(entry.columns, dtype=int),
-            entry.operations,
             entry.constants,
             _SIGNATURE(linked.addresses["constants"]),
             _SIGNATURE(linked.addresses["kernel"]),
@@ -227,10 +223,7 @@ def _build(equations: EquationsOfMotion, results: _Results) -> cache.Entry:
     prologue = Kernel("constants", rows, {}, {s: fixed[s] for s in needed}, list(constants))
     kernel = Kernel("kernel", arguments, constants, varying, results.entries)
     code = machine_code.compile_assembly(machine_code.assembly([prologue, kernel]))
-    operations = program.operations(results.entries)
-    return cache.Entry(
-        tuple(s.name for s in names), len(constants), results.rows, results.columns, operations, code
-    )
+    return cache.Entry(tuple(s.name for s in names), len(constants), results.rows, results.columns, code)
 
 
 def _separate(

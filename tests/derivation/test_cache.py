@@ -29,7 +29,7 @@ from chassym.derivation import (
 from chassym.derivation.characteristic import Characteristic
 from chassym.derivation.program import Program
 
-ENTRY = cache.Entry(("m", "k"), 2, (0, 1), (0, 0), 5, bytes(range(256)))
+ENTRY = cache.Entry(("m", "k"), 2, (0, 1), (0, 0), bytes(range(256)))
 
 
 @pytest.fixture
