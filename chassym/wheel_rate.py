@@ -21,6 +21,10 @@ WEIGHTLESS = 1e-9
 """Gravity (m/s^2) of the test without static loads: parameters demand a positive one."""
 
 
+class WheelRateError(ValueError):
+    """A suspension on which a wheel rate cannot be measured."""
+
+
 @dataclass(frozen=True, eq=False)
 class WheelRate:
     """Force against travel of one right wheel over one slow cycle.
@@ -90,8 +94,13 @@ def _read(held: Model, state: SteadyState, axle: str) -> WheelRate:
     """The curve of one axle's right wheel and its regression line."""
     outputs = dict(zip(held.output_names, state.orbit.outputs(SAMPLES), strict=True))
     travel, force = outputs[f"{axle}_right_wheel_travel"], outputs[f"{axle}_right_patch_force_z"]
-    slope, offset = (float(number) for number in np.polyfit(travel, force, 1))
     swing = state.peak_to_peak[f"{axle}_right_wheel_travel"]
+    if not swing.value > swing.error:
+        raise WheelRateError(
+            f"wheel rate: the {axle} wheels do not travel when their pads move; "
+            f"suspension.{axle}.arm_pivot must lie beside suspension.{axle}.wheel_centre"
+        )
+    slope, offset = (float(number) for number in np.polyfit(travel, force, 1))
     force_error = state.contact.error if state.contact is not None else 0.0
     return WheelRate(
         wheel=f"{axle}_right",

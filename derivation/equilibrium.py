@@ -34,6 +34,11 @@ def solve_preloads(compiled: CompiledEquations, values: Mapping[str, float]) -> 
         return {}
     start = design_residual(compiled, without)
     columns = [design_residual(compiled, without | {name: 1.0}) - start for name in names]
+    if not np.all(np.isfinite([start, *columns])):
+        raise EquilibriumError(
+            f"mechanism {compiled.mechanism.name!r}: its forces at the design position are not finite; "
+            "a parameter is too large"
+        )
     solution, *_ = np.linalg.lstsq(np.array(columns).T, -start, rcond=1e-12)
     found = {name: float(value) for name, value in zip(names, solution, strict=True)}
     left = design_residual(compiled, without | found)

@@ -6,10 +6,11 @@ frequency-time method; Krack and Gross, Harmonic Balance for Nonlinear Vibration
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
 
 from chassym.derivation import Model
 from chassym.nonlinear import fourier
@@ -72,7 +73,7 @@ def newton(orbit: Orbit, tolerance: float, most: int = 25) -> Balance:
     correction = np.inf
     for iteration in range(1, most + 1):
         residual = fourier.packed(balance_residual(orbit))
-        factors = lu_factor(jacobian(orbit), check_finite=False)
+        factors = _factorised(orbit)
         change = fourier.unpacked(lu_solve(factors, residual, check_finite=False), orbit.model.size)
         orbit = replace(orbit, coefficients=orbit.coefficients - change)
         correction = relative_correction(change, orbit.coefficients)
@@ -84,6 +85,33 @@ def newton(orbit: Orbit, tolerance: float, most: int = 25) -> Balance:
         f"harmonic balance at {orbit.excitation.frequency_hz:g} Hz: the last of {iteration} corrections was "
         f"{correction:.2g} of the motion, {tolerance:g} is needed; start from a smaller amplitude"
     )
+
+
+def _factorised(orbit: Orbit) -> tuple[np.ndarray, np.ndarray]:
+    """LU factors of the Jacobian.
+
+    Raises
+    ------
+    NoPeriodicOrbitError
+        If it is singular or not finite: an orbit is then not unique, or the motion has run away.
+    """
+    matrix = jacobian(orbit)
+    if not np.all(np.isfinite(matrix)):
+        raise NoPeriodicOrbitError(
+            f"harmonic balance at {orbit.excitation.frequency_hz:g} Hz: the motion is no longer finite; "
+            "start from a smaller amplitude"
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", LinAlgWarning)
+        factors = lu_factor(matrix, check_finite=False)
+    pivots = np.abs(np.diag(factors[0])).reshape(orbit.model.size, -1).min(axis=1)
+    if pivots.min() <= 1e-14 * pivots.max():
+        loose = orbit.model.mechanism.coordinates[int(pivots.argmin())].name
+        raise NoPeriodicOrbitError(
+            f"harmonic balance at {orbit.excitation.frequency_hz:g} Hz: nothing holds the mean position, "
+            f"about coordinate {loose!r}; give it some stiffness"
+        )
+    return factors
 
 
 def jacobian(orbit: Orbit) -> np.ndarray:

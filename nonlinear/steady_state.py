@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from chassym.derivation import Model
 from chassym.nonlinear.excitation import Harmonic
@@ -17,50 +18,21 @@ from chassym.nonlinear.harmonic_balance import (
     NoPeriodicOrbitError,
     at_rest,
     newton,
-    samples_for,
 )
+from chassym.nonlinear.metrics import Contact, Metric, Reader
 from chassym.nonlinear.orbit import Orbit
-from chassym.nonlinear.peaks import extremes
+
+_BLAS = ThreadpoolController()
+"""The matrices are too small for several threads: handing them out costs more than it saves."""
 
 NEWTON_HARMONICS = 10
 """Harmonics balanced by Newton's method; the chord iteration takes over from there."""
 
-NEWTON_TOLERANCE = 1e-5
-"""Where Newton's method stops: its next correction would be of the square of this."""
+NEWTON_TOLERANCE = 1e-2
+"""Relative correction at which Newton's method hands over: from there the chord iteration is cheaper."""
 
 MOST_HARMONICS = 2048
 """Where the refinement gives up."""
-
-_ROUNDING = 1e-12
-"""Movements below this (SI units) are those of rounding: forces of thousands of newtons cancel at rest."""
-
-_NEGLIGIBLE = 1e-3
-"""A metric below this share of the largest one of its unit is asked for to the same absolute accuracy as that
-share.
-"""
-
-
-@dataclass(frozen=True)
-class Metric:
-    """A peak-to-peak value or an extreme with an estimate of its error, both in the unit."""
-
-    value: float
-    unit: str
-    error: float
-
-
-@dataclass(frozen=True)
-class Contact:
-    """The smallest vertical patch force and where it acts; negative if contact would have been lost."""
-
-    value: float
-    error: float
-    patch: str
-
-    @property
-    def is_kept(self) -> bool:
-        """Whether every tyre stays on its pad."""
-        return self.value > 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,22 +102,32 @@ def steady_state(
     NoPeriodicOrbitError
         If no periodic orbit is found, or the tolerance not reached.
     """
-    names = list(metrics) if metrics is not None else measured_names(model)
-    reader = _Reader(model, names)
+    with _BLAS.limit(limits=1, user_api="blas"):
+        return _steady_state(model, excitation, metrics, tolerance, start)
+
+
+def _steady_state(
+    model: Model,
+    excitation: Harmonic,
+    metrics: Sequence[str] | None,
+    tolerance: float,
+    start: Orbit | None,
+) -> SteadyState:
+    reader = Reader(model, measured_names(model) if metrics is None else metrics)
     low = _low_harmonics(model, excitation, start)
     extension = Extension(low)
     balance, iterations = low, low.iterations
-    readings = [reader.read(low.orbit)]
+    readings: list[np.ndarray] = []
     harmonics = NEWTON_HARMONICS
     while harmonics <= MOST_HARMONICS:
         harmonics *= 2
         balance = extension.solve(balance.orbit, harmonics, tolerance=max(1e-2 * tolerance, 1e-12))
         iterations += balance.iterations
         readings.append(reader.read(balance.orbit))
-        error = reader.error(readings)
-        if len(readings) > 3 and np.all(error <= tolerance * reader.scale(readings[-1]) + 2 * _ROUNDING):
-            peaks, contact = reader.results(readings[-1], error)
+        if reader.is_settled(readings, tolerance):
+            peaks, contact = reader.results(readings[-1], reader.error(readings))
             return SteadyState(balance.orbit, peaks, contact, harmonics, iterations, balance.correction)
+    error = reader.error(readings)
     worst = int(np.argmax(error / reader.scale(readings[-1])))
     raise NoPeriodicOrbitError(
         f"{reader.names[worst]} = {readings[-1][worst]:.6g} {reader.units[worst]} still has an error of "
@@ -178,48 +160,3 @@ def _low_harmonics(model: Model, excitation: Harmonic, start: Orbit | None) -> B
         if factor == 1.0:
             return balance
         initial, factor = balance.orbit, min(1.0, factor + step)
-
-
-class _Reader:
-    """Reads the extremes of outputs off an orbit and judges how they moved."""
-
-    def __init__(self, model: Model, names: Sequence[str]) -> None:
-        outputs = {output.name: (row, output.unit) for row, output in enumerate(model.mechanism.outputs)}
-        for name in names:
-            if name not in outputs:
-                raise KeyError(f"output {name!r}: {model.mechanism.name} has {', '.join(outputs)}")
-        self.patches = [name for name in outputs if name.endswith("patch_force_z")]
-        self.names = [*names, *self.patches]
-        self.units = [outputs[name][1] for name in self.names]
-        self._rows = [outputs[name][0] for name in self.names]
-        self._peaks = len(names)
-
-    def read(self, orbit: Orbit) -> np.ndarray:
-        """Peak-to-peak values, then smallest patch forces."""
-        low, high = extremes(orbit, self._rows, samples_for(orbit.harmonics))
-        return np.concatenate([(high - low)[: self._peaks], low[self._peaks :]])
-
-    def scale(self, reading: np.ndarray) -> np.ndarray:
-        """What an error of every value is compared with."""
-        sizes = np.abs(reading)
-        largest = {
-            unit: max(s for s, u in zip(sizes, self.units, strict=True) if u == unit) for unit in self.units
-        }
-        return np.maximum(sizes, _NEGLIGIBLE * np.array([largest[unit] for unit in self.units]))
-
-    def error(self, readings: Sequence[np.ndarray]) -> np.ndarray:
-        """Error estimate of the last reading, as `steady_state` describes it."""
-        moved = np.abs(np.diff(readings[-4:], axis=0))[::-1]
-        expected = moved * 0.25 ** np.arange(len(moved))[:, None]
-        return np.asarray(2 * expected.max(axis=0) + _ROUNDING)
-
-    def results(self, reading: np.ndarray, error: np.ndarray) -> tuple[dict[str, Metric], Contact | None]:
-        """The values by name, and the worst patch."""
-        values = [Metric(float(v), u, float(e)) for v, u, e in zip(reading, self.units, error, strict=True)]
-        by_name = dict(zip(self.names, values, strict=True))
-        forces = {name: by_name.pop(name) for name in self.patches}
-        if not forces:
-            return by_name, None
-        worst = min(forces, key=lambda name: forces[name].value)
-        patch = worst.removesuffix("_patch_force_z").removesuffix("patch_force_z")
-        return by_name, Contact(forces[worst].value, forces[worst].error, patch)

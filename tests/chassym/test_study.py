@@ -25,7 +25,13 @@ from chassym.study import (
 )
 from chassym.thesis import Published
 from chassym.variants import FACTORS, GROUPS, PLACES, READINGS, Stiffened, VariantRunner
-from chassym.wheel_rate import closed_form, measure_wheel_rates, spring_rate, static_patch_force
+from chassym.wheel_rate import (
+    WheelRateError,
+    closed_form,
+    measure_wheel_rates,
+    spring_rate,
+    static_patch_force,
+)
 
 RANGE = Published("2 to 4", 2.0, 4.0, "m", "a table")
 
@@ -371,3 +377,9 @@ def test_direction_of_a_change(value: float, error: float, expected: str) -> Non
 def test_a_change_of_nothing_is_undecided() -> None:
     metric = Metric(1.0, "m", 1e-4)
     assert direction(change(metric, metric), metric) == UNDECIDED
+
+
+def test_a_wheel_that_cannot_travel_has_no_rate(sedan: Model) -> None:
+    pivot = {"suspension.front.arm_pivot.y": -0.744, "suspension.front.arm_pivot.z": 0.0}
+    with pytest.raises(WheelRateError, match="front wheels do not travel"):
+        measure_wheel_rates(sedan.with_parameters(pivot))

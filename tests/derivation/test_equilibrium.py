@@ -172,3 +172,9 @@ def test_loads_are_shared_evenly() -> None:
     mechanism.add_force_element("second_spring", foot, Linear(sympy.Integer(900)), preloaded=True)
     preloads = solve_preloads(CompiledEquations(mechanism), {"g": 9.81})
     assert list(preloads.values()) == pytest.approx([-9.81, -9.81])
+
+
+def test_forces_beyond_all_numbers_are_refused(sedan: Model) -> None:
+    heavy = sedan.with_parameters({"body.front.mass": 1e308})
+    with pytest.raises(EquilibriumError, match="not finite; a parameter is too large"):
+        _ = heavy.preloads

@@ -162,6 +162,21 @@ def test_failure_names_cause_and_remedy(sedan: Model) -> None:
         steady_state(sedan, rig.vertical(), metrics=["pitch_rate"], tolerance=1e-13)
 
 
+def test_a_motion_that_nothing_holds_is_named(sedan: Model) -> None:
+    loose = sedan.with_parameters({f"tyre.{axle}.stiffness.x": 0.0 for axle in ("front", "rear")})
+    with pytest.raises(NoPeriodicOrbitError, match="coordinate 'x'; give it some stiffness"):
+        steady_state(loose, rig.lateral())
+
+
+def test_a_patch_force_may_be_a_metric_too(sedan: Model) -> None:
+    name = "rear_left_patch_force_z"
+    found = steady_state(sedan, rig.vertical(), metrics=[name])
+    waves = found.orbit.outputs(4096)[sedan.output_names.index(name)]
+    assert set(found.peak_to_peak) == {name}
+    assert found.peak_to_peak[name].value == pytest.approx(np.ptp(waves), rel=1e-4)
+    assert found.contact is not None and found.contact.value <= waves.min() + found.contact.error
+
+
 def test_unknown_output_is_refused_by_name(sedan: Model) -> None:
     with pytest.raises(KeyError, match="'jaw_rate'"):
         steady_state(sedan, rig.vertical(), metrics=["jaw_rate"])
