@@ -36,7 +36,7 @@ app = typer.Typer(
 Vehicle = Annotated[str, typer.Argument(metavar="VEHICLE", help="A built-in vehicle, or a TOML file.")]
 Changes = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter, unit allowed. Repeatable."),
+    typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter; without a unit in SI. Repeatable."),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
@@ -126,6 +126,9 @@ def modes(vehicle: Vehicle = "sedan", changes: Changes = None, as_json: AsJson =
     rows = [(f"{mode.frequency_hz:.3f}", f"{mode.damping_ratio:.4f}", mode.name) for mode in damped]
     print_table([">frequency, Hz", ">damping ratio", "mode"], rows)
     print_paragraph(linear.description)
+    growing = [mode.name for mode in damped if mode.damping_ratio < 0]
+    if growing:
+        print_paragraph(f"WARNING: unstable: {', '.join(growing)} would grow.")
 
 
 @app.command()

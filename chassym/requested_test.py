@@ -95,7 +95,10 @@ def print_test(name: str, metrics: Mapping[str, str], state: SteadyState) -> Non
         for output, metric in state.peak_to_peak.items()
     ]
     vehicle, frequency = state.orbit.model.mechanism.name, state.orbit.excitation.frequency_hz
-    print_paragraph(f"{name.capitalize()} test of {vehicle} at {frequency:g} Hz, steady state")
+    amplitude = max(abs(amplitude) for amplitude in state.orbit.excitation.amplitudes.values())
+    print_paragraph(
+        f"{name.capitalize()} test of {vehicle} at {frequency:g} Hz and {amplitude:.4g} m, steady state"
+    )
     print_table(["", ">peak to peak", "unit"], rows)
     if state.contact is not None:
         force = with_error(state.contact.value, state.contact.error)

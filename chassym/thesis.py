@@ -26,7 +26,6 @@ UNITS: Mapping[str, str] = {
     "yaw_rate": "rad/s",
 }
 
-PLACEMENTS = ("front", "rear", "both")
 """Where the thesis changes the body's torsional stiffness."""
 
 

@@ -38,7 +38,13 @@ class Entry:
 
 
 def directory() -> Path:
-    """Where entries are kept: CHASSYM_CACHE_DIR, or the user's cache directory."""
+    """Where entries are kept: CHASSYM_CACHE_DIR, or the user's cache directory.
+
+    Raises
+    ------
+    RuntimeError
+        If the user has no home directory.
+    """
     given = os.environ.get("CHASSYM_CACHE_DIR")
     if given:
         return Path(given)
@@ -53,12 +59,11 @@ def key(parts: Sequence[str]) -> str:
 
 def fetch(name: str, build: Callable[[], Entry]) -> Entry:
     """The entry of a name, from the disk if it is whole there, otherwise built and if possible stored."""
-    path = directory() / f"{name}.json"
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
-        return _decode(path.read_bytes())
+    with contextlib.suppress(OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError):
+        return _decode((directory() / f"{name}.json").read_bytes())
     entry = build()
-    with contextlib.suppress(OSError):
-        _store(path, _encode(entry))
+    with contextlib.suppress(OSError, RuntimeError):
+        _store(directory() / f"{name}.json", _encode(entry))
     return entry
 
 

@@ -81,12 +81,12 @@ class EquationsOfMotion:
         right = [self.program.let(q - h) for q, h in zip(self.generalized_forces, self.bias, strict=True)]
         return tuple(solve_tree(self.program, self.mass_matrix, right))
 
-    @property
+    @cached_property
     def residual_jacobian(self) -> list[list[sympy.Expr]]:
         """Exact derivatives of the residual by coordinates, rates and accelerations, shape (n, 3 n)."""
         return self.program.differentiate(self.residual, self.arguments[: 3 * len(self.coordinates)])
 
-    @property
+    @cached_property
     def linearisation(self) -> list[list[sympy.Expr]]:
         """Exact derivatives of residual and outputs, shape (n + outputs, arguments).
 
@@ -100,7 +100,7 @@ class EquationsOfMotion:
         results = [*self.residual, *self.outputs.values()]
         return self.program.differentiate(results, self.arguments, stated)
 
-    @property
+    @cached_property
     def knot_distances(self) -> list[sympy.Expr]:
         """Rate less knot, for every knot of every element: a sign change is a corner of its force."""
         return [

@@ -76,7 +76,7 @@ def _inertial_wrench(kinematics: Kinematics, index: int, motion: Acceleration) -
     follows from D times the second moments of mass J = tr(I)/2 - I.
     """
     body = kinematics.links[index].body
-    if body is None or body.mass == 0:
+    if body is None or not any((body.mass, *body.inertia.components())):
         return NO_WRENCH
     program = kinematics.program
     centre = kinematics.mass_centre(index)

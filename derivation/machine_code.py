@@ -6,6 +6,7 @@ units.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -120,8 +121,6 @@ def _splat(number: float) -> str:
 
 
 def _bits(number: float) -> int:
-    import struct
-
     return int(struct.unpack("<Q", struct.pack("<d", number))[0])
 
 
@@ -279,6 +278,11 @@ class _Body:
         lower = self._new(f"select {_BOOLEAN} {below}, {_VECTOR} {_splat(0.0)}, {_VECTOR} {_splat(0.5)}")
         return self._new(f"select {_BOOLEAN} {above}, {_VECTOR} {_splat(1.0)}, {_VECTOR} {lower}")
 
+    def _sign(self, expression: sympy.Expr) -> str:
+        """Twice the step less one: zero at zero."""
+        step = self._heaviside(expression)
+        return self._binary("fsub", self._binary("fadd", step, step), _splat(1.0))
+
     _methods: Mapping[str, Callable[[_Body, sympy.Expr], str]] = {
         "Add": _add,
         "Mul": _mul,
@@ -286,6 +290,7 @@ class _Body:
         "Max": _extremum,
         "Min": _extremum,
         "Heaviside": _heaviside,
+        "sign": _sign,
         **dict.fromkeys(("sin", "cos", "exp", "log", "Abs"), _unary),
     }
 

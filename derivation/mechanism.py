@@ -49,11 +49,12 @@ class Mechanism:
 
     name: str
     gravity: sympy.Expr
-    bodies: list[Body] = field(default_factory=list)
-    elements: list[ForceElement] = field(default_factory=list)
-    inputs: list[Input] = field(default_factory=list)
-    outputs: list[Output] = field(default_factory=list)
-    _names: set[str] = field(default_factory=set)
+    bodies: list[Body] = field(default_factory=list, init=False)
+    elements: list[ForceElement] = field(default_factory=list, init=False)
+    inputs: list[Input] = field(default_factory=list, init=False)
+    outputs: list[Output] = field(default_factory=list, init=False)
+    _names: set[str] = field(default_factory=set, init=False)
+    _symbols: set[str] = field(default_factory=set, init=False)
 
     @cached_property
     def ground(self) -> Body:
@@ -98,7 +99,8 @@ class Mechanism:
                 f"body {name!r}: its parent {parent.name!r} is not in mechanism {self.name!r}; add it first"
             )
         for step in joint.steps:
-            self._claim(step.coordinate.name)
+            own = step.coordinate
+            self._claim(own.name, own.position, own.rate, own.acceleration)
         centre = vector(origin if mass_centre is None else mass_centre)
         moments = diagonal(*vector(inertia))
         body = Body(name, parent, joint, vector(origin), sympy.sympify(mass), centre, moments)
@@ -115,9 +117,10 @@ class Mechanism:
 
     def add_input(self, name: str, unit: str) -> Input:
         """Add a prescribed motion."""
-        self._claim(name)
-        self.inputs.append(Input(name, unit))
-        return self.inputs[-1]
+        found = Input(name, unit)
+        self._claim(name, found.position, found.rate)
+        self.inputs.append(found)
+        return found
 
     def add_force_element(
         self, name: str, port: Port, characteristic: Characteristic, *, preloaded: bool = False
@@ -133,9 +136,18 @@ class Mechanism:
         self._claim(output.name)
         self.outputs.append(output)
 
-    def _claim(self, name: str) -> None:
-        if name in self._names or name == "ground":
+    def _claim(self, name: str, *symbols: sympy.Symbol) -> None:
+        """Take a part's name, and the names of its symbols in the equations."""
+        if name.startswith("_"):
             raise MechanismError(
-                f"mechanism {self.name!r}: the name {name!r} is taken; every part needs its own"
+                f"mechanism {self.name!r}: the name {name!r} begins with an underscore; those are kept for "
+                "intermediate results"
+            )
+        taken = {symbol.name for symbol in symbols} & self._symbols
+        if name in self._names or name == "ground" or taken:
+            double = min(taken, default=name)
+            raise MechanismError(
+                f"mechanism {self.name!r}: the name {double!r} is taken; every part needs its own"
             )
         self._names.add(name)
+        self._symbols |= {symbol.name for symbol in symbols}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from chassym.derivation.parameters import Parameters
 from chassym.derivation.schema import ParameterError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """A mechanism with numbers.
 
@@ -26,13 +26,13 @@ class Model:
         The variant's parameters.
     compiled
         The mechanism's functions, shared by all variants.
-    preloads
+    given_preloads
         Preloads by name to use instead of those that hold the design position.
     """
 
     parameters: Parameters
     compiled: CompiledEquations
-    given_preloads: Mapping[str, float] | None = field(default=None, compare=False)
+    given_preloads: Mapping[str, float] | None = None
 
     def with_parameters(self, changes: Mapping[str, float | Sequence[float] | str]) -> Model:
         """A variant with other parameter values; equations and machine code are shared.

@@ -32,12 +32,15 @@ class CompiledFunction:
 
     Attributes
     ----------
+    arguments
+        Number of arguments.
     parameters
         Names of the parameters it depends on.
     rows, columns
         Position of every result in the matrix it stands for; a vector has the columns zero.
     """
 
+    arguments: int
     parameters: tuple[str, ...]
     rows: Array
     columns: Array
@@ -90,7 +93,16 @@ class BoundFunction:
         -------
         numpy.ndarray
             Shape (results, samples).
+
+        Raises
+        ------
+        ValueError
+            If the arguments have another shape.
         """
+        if arguments.ndim != 2 or len(arguments) != self.function.arguments or not arguments.size:
+            raise ValueError(
+                f"arguments: shape {arguments.shape} received; ({self.function.arguments}, samples) is needed"
+            )
         count = arguments.shape[1]
         filled = -(-count // LANES) * LANES
         # An odd number of lane groups per row keeps rows from falling on the same cache lines.
@@ -104,9 +116,10 @@ class BoundFunction:
         )
         return results[:, :count]
 
-    def single(self, size: int) -> Callable[[Array], Array]:
-        """A function of one sample, shape (size,), for an integrator's inner loop; it reuses its buffers."""
-        arguments, results = np.zeros((size, LANES)), np.zeros((len(self.rows), LANES))
+    def single(self) -> Callable[[Array], Array]:
+        """A function of one sample, shape (arguments,), that reuses its buffers: for inner loops."""
+        arguments = np.zeros((self.function.arguments, LANES))
+        results = np.zeros((len(self.rows), LANES))
         addresses = arguments.ctypes.data, self._constants.ctypes.data, results.ctypes.data
         kernel, keep = self.function._kernel, (self._constants, self.function)
 
@@ -186,10 +199,14 @@ class CompiledEquations:
         return self._function("linearisation", lambda e: _matrix(e.linearisation))
 
     def _function(self, name: str, choose: Callable[[EquationsOfMotion], _Results]) -> CompiledFunction:
-        label = cache.key([name, self._identity])
-        entry = cache.fetch(label, lambda: _build(self.equations, choose(self.equations)))
-        linked = machine_code.link(entry.object_code, ("constants", "kernel"), f"{label}_{id(self)}")
+        def build() -> cache.Entry:
+            return _build(self.equations, choose(self.equations))
+
+        identity = self._identity
+        entry = build() if identity is None else cache.fetch(cache.key([name, identity]), build)
+        linked = machine_code.link(entry.object_code, ("constants", "kernel"), f"{name}_{id(self)}")
         return CompiledFunction(
+            3 * len(self.mechanism.coordinates) + 2 * len(self.mechanism.inputs),
             entry.parameters,
             np.array(entry.rows, dtype=int),
             np.array(entry.columns, dtype=int),
@@ -200,11 +217,17 @@ class CompiledEquations:
         )
 
     @cached_property
-    def _identity(self) -> str:
-        """The mechanism's structure, and the versions and sources of what makes code of it."""
+    def _identity(self) -> str | None:
+        """The mechanism's structure, and the versions and sources of what makes code of it.
+
+        None if a class has no source to be read, as one typed at a prompt: its code then goes to no disk.
+        """
         described, classes = describe(self.mechanism)
-        modules = {Path(inspect.getfile(c)) for c in classes} | set(Path(__file__).parent.glob("*.py"))
-        sources = [path.read_text(encoding="utf-8") for path in sorted(modules)]
+        try:
+            modules = {Path(inspect.getfile(c)) for c in classes} | set(Path(__file__).parent.glob("*.py"))
+            sources = [path.read_text(encoding="utf-8") for path in sorted(modules)]
+        except (OSError, TypeError):
+            return None
         return "\0".join([described, sympy.__version__, np.__version__, machine_code.processor(), *sources])
 
 

@@ -14,7 +14,8 @@ class Program:
 
     A quantity of a large model, written out in its coordinates, has hundreds of thousands of terms. Here
     every intermediate result gets a name, and what is built from it mentions that name only. Expressions
-    remain ordinary sympy objects; `expand` writes them out again where they are small enough to read.
+    remain ordinary sympy objects; `expand` writes them out again where they are small enough to read. Names
+    begin with an underscore, which a mechanism refuses for its parts.
 
     Examples
     --------
@@ -22,7 +23,7 @@ class Program:
     >>> program = Program()
     >>> product = program.let(x * y)
     >>> program.let(sympy.sin(product) - 2 * product), program.let(-3 * x * y)
-    (t1, -3*t0)
+    (_1, -3*_0)
     >>> program.expand([program.let(1 - x * y)])
     [-x*y + 1]
     """
@@ -52,7 +53,7 @@ class Program:
 
     def _name(self, expression: sympy.Expr) -> sympy.Symbol:
         if expression not in self._names:
-            symbol = sympy.Symbol(f"t{len(self._definitions)}", real=True)
+            symbol = sympy.Symbol(f"_{len(self._definitions)}", real=True)
             self._names[expression] = symbol
             self._definitions[symbol] = expression
         return self._names[expression]

@@ -1,4 +1,4 @@
-"""From equations of motion to state space, modes, frequency response and sensitivity."""
+"""From equations of motion to state space, modes and frequency response."""
 
 from chassym.linear.export import write_mat
 from chassym.linear.frequency_response import FrequencyResponse, frequency_response, heave_response

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from chassym.derivation import Model, mean_slope
-from chassym.derivation.characteristic import Knotted, SlopeRule
+from chassym.derivation.characteristic import SlopeRule
 from chassym.derivation.equilibrium import design_residual
 
 if TYPE_CHECKING:
@@ -272,8 +272,7 @@ def _check_equilibrium(model: Model) -> None:
 
 def _slopes(model: Model, rule: SlopeRule, name: str) -> dict[str, float]:
     """The slope at rest of every element with a table, by the element's name."""
-    elements = model.mechanism.elements
-    laws = {e.name: e.characteristic for e in elements if isinstance(e.characteristic, Knotted)}
+    laws = model.mechanism.knotted
     slopes = {element: law.slope(0.0, model.values, rule) for element, law in laws.items()}
     for element, slope in slopes.items():
         if not np.isfinite(slope):

@@ -191,7 +191,7 @@ class Extension:
                 break
         raise NoPeriodicOrbitError(
             f"{harmonics} harmonics at {orbit.excitation.frequency_hz:g} Hz: correction {iteration} is still "
-            f"{correction:.2g} of the motion; start the extension from a balance with more harmonics"
+            f"{correction:.2g} of the motion: too strongly nonlinear; try a smaller amplitude"
         )
 
     def _change(self, residual: np.ndarray, receptance: np.ndarray) -> np.ndarray:
@@ -203,7 +203,7 @@ class Extension:
         return change
 
     def _mean_receptance(self, harmonics: int) -> np.ndarray:
-        """Inverse of the mean dynamic stiffness of every high harmonic, shape (harmonics, n, n)."""
+        """Inverse of the mean dynamic stiffness of every high harmonic, shape (high harmonics, n, n)."""
         orders = np.arange(self._low.harmonics + 1, harmonics + 1)
         s = 1j * self._low.excitation.angular_frequency * orders[:, None, None]
         return np.linalg.inv(self._stiffness + s * self._damping + s**2 * self._mass)

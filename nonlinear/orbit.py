@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -26,7 +26,7 @@ class Orbit:
 
     model: Model
     excitation: Harmonic
-    coefficients: np.ndarray
+    coefficients: np.ndarray = field(repr=False)
 
     @property
     def harmonics(self) -> int:
@@ -52,7 +52,7 @@ class Orbit:
         rates = self._motion[self.model.size :]
         series = np.concatenate([self._motion, fourier.derivative(rates, frequency)])
         moved = fourier.samples(series, count)
-        return np.concatenate([moved, fourier.samples(fourier.resized(self._inputs, 1), count)])
+        return np.concatenate([moved, fourier.samples(self._inputs, count)])
 
     def arguments_at(self, phases: np.ndarray) -> np.ndarray:
         """The equations' arguments at any phases; accelerations are those the equations of motion ask for."""

@@ -14,7 +14,7 @@ CORNERS = ("front_left", "front_right", "rear_left", "rear_right")
 PADS = tuple(f"{corner}_pad_z" for corner in CORNERS)
 """Vertical motions of the pads."""
 
-STANDARD_GRAVITY = 9.81
+THESIS_GRAVITY = 9.81
 """Acceleration (m/s^2) that "g" stands for in amplitudes."""
 
 _VERTICAL_INPUT = re.compile(r"(.+_)?(pad_z|road)")
@@ -25,7 +25,7 @@ def lateral(frequency_hz: float = 3.0, amplitude_m: float | None = None, lag_s: 
 
     The default amplitude is that of 0.6 g at 3 Hz. Source: Liu 2016, section 2.4.
     """
-    amplitude = 0.6 * STANDARD_GRAVITY / (2 * np.pi * 3.0) ** 2 if amplitude_m is None else amplitude_m
+    amplitude = 0.6 * THESIS_GRAVITY / (2 * np.pi * 3.0) ** 2 if amplitude_m is None else amplitude_m
     rear = amplitude * np.exp(-2j * np.pi * frequency_hz * lag_s)
     return Harmonic(
         frequency_hz,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,8 +44,8 @@ class Simulation:
 
     model: Model
     excitation: Harmonic
-    time_s: np.ndarray
-    states: np.ndarray
+    time_s: np.ndarray = field(repr=False)
+    states: np.ndarray = field(repr=False)
     knots_crossed: int
     evaluations: int
 
@@ -78,8 +78,9 @@ def simulate(
 ) -> Simulation:
     """Integrate the equations of motion by SciPy's DOP853.
 
-    A step in which a rate passes a knot of its table ends at the knot, found on the step's interpolant, and
-    the integration restarts there, so that no step spans a corner of a force.
+    A step after which a rate is beyond a knot of its table ends at the knot, found on the step's interpolant,
+    and the integration restarts there. Passing a knot and coming back within one step is left to the
+    integrator's error control.
 
     Parameters
     ----------
@@ -92,6 +93,8 @@ def simulate(
 
     Raises
     ------
+    ValueError
+        If the instants do not increase or the start has another shape.
     SimulationError
         If the integrator cannot go on.
     """
@@ -116,8 +119,8 @@ class _Integration:
         self._n = model.size
         self._amplitudes = excitation.vector(model)
         self._buffer = np.zeros(model.argument_count)
-        self._accelerations = model.accelerations.single(model.argument_count)
-        self._distances = model.knot_distances.single(model.argument_count)
+        self._accelerations = model.accelerations.single()
+        self._distances = model.knot_distances.single()
         self._evaluations = 0
 
     def _load(self, time_s: float, state: np.ndarray) -> np.ndarray:
@@ -137,7 +140,11 @@ class _Integration:
 
     def run(self, times: np.ndarray, start: np.ndarray | None, progress: Progress) -> Simulation:
         """Integrate from the first to the last instant."""
+        if times.ndim != 1 or len(times) < 2 or not np.all(np.diff(times) > 0) or np.isinf(times).any():
+            raise ValueError(f"time_s: {times} received; two or more finite, increasing instants are needed")
         state = np.zeros(2 * self._n) if start is None else np.asarray(start, dtype=float)
+        if state.shape != (2 * self._n,):
+            raise ValueError(f"start: shape {state.shape} received; ({2 * self._n},) is needed")
         states = np.empty((len(state), len(times)))
         states[:, 0] = state
         sides = np.sign(self._knots(times[0], state))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -31,7 +31,7 @@ NEWTON_HARMONICS = 10
 NEWTON_TOLERANCE = 1e-2
 """Relative correction at which Newton's method hands over: from there the chord iteration is cheaper."""
 
-MOST_HARMONICS = 2048
+MOST_HARMONICS = 2560
 """Where the refinement gives up."""
 
 
@@ -55,7 +55,7 @@ class SteadyState:
         Last relative correction of the orbit's rates.
     """
 
-    orbit: Orbit
+    orbit: Orbit = field(repr=False)
     peak_to_peak: Mapping[str, Metric]
     contact: Contact | None
     harmonics: int
@@ -99,9 +99,17 @@ def steady_state(
 
     Raises
     ------
+    ExcitationError
+        If the model lacks an input that the excitation moves.
+    KeyError
+        If it lacks an output that is asked for.
+    ValueError
+        If the tolerance is not a positive number.
     NoPeriodicOrbitError
         If no periodic orbit is found, or the tolerance not reached.
     """
+    if not tolerance > 0:
+        raise ValueError(f"tolerance: {tolerance!r} received; a positive number is needed")
     with _BLAS.limit(limits=1, user_api="blas"):
         return _steady_state(model, excitation, metrics, tolerance, start)
 
@@ -119,7 +127,7 @@ def _steady_state(
     balance, iterations = low, low.iterations
     readings: list[np.ndarray] = []
     harmonics = NEWTON_HARMONICS
-    while harmonics <= MOST_HARMONICS:
+    while harmonics < MOST_HARMONICS:
         harmonics *= 2
         balance = extension.solve(balance.orbit, harmonics, tolerance=max(1e-2 * tolerance, 1e-12))
         iterations += balance.iterations

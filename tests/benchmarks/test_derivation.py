@@ -105,7 +105,7 @@ def test_machine_code_against_numpy(
 
 def test_a_batch_against_single_samples(sedan: Model, capsys: pytest.CaptureFixture[str]) -> None:
     given = arguments(sedan, 1000)
-    one = sedan.accelerations.single(sedan.argument_count)
+    one = sedan.accelerations.single()
     batch, single = (
         seconds(lambda: sedan.accelerations(given)),
         seconds(lambda: [one(sample) for sample in given.T]),
@@ -130,7 +130,7 @@ def test_forward_dynamics_against_mujoco(sedan: Model, capsys: pytest.CaptureFix
     engine = mujoco.MjModel.from_xml_string(tree)
     data = mujoco.MjData(engine)
     assert engine.nv == sedan.size
-    one, sample = sedan.accelerations.single(sedan.argument_count), arguments(sedan, 1)[:, 0]
+    one, sample = sedan.accelerations.single(), arguments(sedan, 1)[:, 0]
     theirs = seconds(lambda: [mujoco.mj_forward(engine, data) for _ in range(1000)])
     own = seconds(lambda: [one(sample) for _ in range(1000)])
     show(

@@ -92,7 +92,7 @@ def test_right_hand_side_beside_mujoco(sedan: Model, capsys: pytest.CaptureFixtu
     data = mujoco.MjData(tree)
     count = 1024
     arguments = 0.01 * np.random.default_rng(0).normal(size=(sedan.argument_count, count))
-    single, one = sedan.accelerations.single(sedan.argument_count), arguments[:, 0]
+    single, one = sedan.accelerations.single(), arguments[:, 0]
     theirs = _median_s(lambda: [mujoco.mj_forward(tree, data) for _ in range(count)], 15) / count
     ours = _median_s(lambda: [single(one) for _ in range(count)], 15) / count
     batch = _median_s(lambda: sedan.accelerations(arguments), 15) / count

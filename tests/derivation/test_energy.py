@@ -197,7 +197,7 @@ def test_kinetic_energy_is_that_of_the_mass_matrix(sedan: Model, lambdified: Cal
 def test_energy_is_conserved_without_dampers(sedan: Model) -> None:
     """10 s of free vibration from a large state: 2 cm and 0.02 rad, 0.2 m/s and rad/s."""
     car = without_dampers(sedan)
-    accelerate = car.accelerations.single(car.argument_count)
+    accelerate = car.accelerations.single()
     arguments = np.zeros(car.argument_count)
 
     def slope(_: float, state: Array) -> Array:

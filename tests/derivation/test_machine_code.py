@@ -1,13 +1,15 @@
 """Machine code against sympy's own numpy printer, function by function and for whole vehicles."""
 
 import ctypes
+import subprocess
+import sys
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 import sympy
 
-from chassym.derivation import Model
+from chassym.derivation import Model, Program, machine_code
 from chassym.derivation.machine_code import (
     LANES,
     Kernel,
@@ -206,7 +208,7 @@ def test_a_sample_does_not_depend_on_its_neighbours(sedan: Model, count: int) ->
     """Alone, by the function of one sample, or anywhere in a batch: the same bits."""
     arguments = random_arguments(sedan, 100)[:, :count]
     batch = sedan.accelerations(arguments)
-    one = sedan.accelerations.single(sedan.argument_count)
+    one = sedan.accelerations.single()
     assert batch.shape == (sedan.size, count)
     for column, sample in zip(batch.T, arguments.T, strict=True):
         assert np.array_equal(one(sample), column)
@@ -221,7 +223,7 @@ def test_any_memory_layout_is_accepted(half_car: Model) -> None:
 
 
 def test_results_of_one_call_outlive_the_next(half_car: Model) -> None:
-    one = half_car.accelerations.single(half_car.argument_count)
+    one = half_car.accelerations.single()
     first, second = random_arguments(half_car, 2).T
     kept, batch = one(first), half_car.accelerations(first[:, None])
     before = kept.copy(), batch.copy()
@@ -263,3 +265,47 @@ def test_distances_from_the_knots_of_a_table(quarter_car: Model) -> None:
     body, wheel = arguments[2:4]
     knots = np.array(quarter_car.parameters.value("damper.velocity"))[1:-1]
     assert quarter_car.knot_distances(arguments) == pytest.approx(wheel - body - knots[:, None])
+
+
+@pytest.mark.parametrize("shape", [(1, 3), (10, 0), (10,)])
+def test_arguments_of_another_shape_are_refused(quarter_car: Model, shape: tuple[int, ...]) -> None:
+    assert quarter_car.argument_count == 8
+    with pytest.raises(ValueError, match=r"arguments: shape .* received; \(8, samples\) is needed"):
+        quarter_car.residual(np.zeros(shape))
+
+
+def test_the_derivative_of_a_magnitude_has_machine_code() -> None:
+    """A quadratic damper's force is v |v|; its slope 2 |v| needs the sign of v."""
+    v = sympy.Symbol("v", real=True)
+    program = Program()
+    force = program.let(v * program.let(sympy.Abs(v)))
+    ((slope,),) = program.differentiate([force], [v])
+    names = ["quadratic"]
+    kernel = machine_code.Kernel("quadratic", {v: 0}, {}, program.required([slope]), [slope])
+    code = machine_code.compile_assembly(machine_code.assembly([kernel]))
+    linked = machine_code.link(code, names, "quadratic damper")
+    rates, slopes = np.array([-2.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0, 5.0]), np.empty(8)
+    signature = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3, ctypes.c_int64, ctypes.c_int64)
+    signature(linked.addresses["quadratic"])(rates.ctypes.data, 0, slopes.ctypes.data, 8, 8)
+    assert slopes == pytest.approx(2 * np.abs(rates))
+
+
+def test_a_force_law_typed_at_a_prompt_works_without_the_disk_cache(cache_directory: str) -> None:
+    program = """
+from dataclasses import dataclass
+import numpy as np, sympy
+from chassym.derivation import Characteristic, CompiledEquations, JointPort, Mechanism, prismatic
+
+@dataclass(frozen=True)
+class Cubic(Characteristic):
+    def force(self, program, deflection, rate):
+        return program.let(deflection**3)
+
+cart = Mechanism("cart", gravity=0)
+joint = prismatic("z", "z")
+cart.add_body("cart", cart.ground, joint, (0, 0, 0), mass=1)
+cart.add_force_element("spring", JointPort(joint.steps[0].coordinate), Cubic())
+print(CompiledEquations(cart).residual.bind({})(np.array([[2.0], [0.0], [0.0]]))[0, 0])
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert float(done.stdout) == 8.0

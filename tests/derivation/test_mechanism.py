@@ -172,3 +172,31 @@ def test_a_vehicle_that_is_nowhere_is_refused_by_name() -> None:
 
     with pytest.raises(ParameterError, match=r"'lorry'.*quarter_car, sedan"):
         load_model("lorry")
+
+
+def test_inertia_without_mass_keeps_its_gyroscopic_terms() -> None:
+    """A free rotor's equations do not ask whether it has a mass at its centre."""
+    a, b, c, m = sympy.symbols("a b c m", positive=True)
+    biases = []
+    for mass in (0, m):
+        rotor = Mechanism("rotor", gravity=0)
+        joint = revolute("yaw", "z").then(revolute("pitch", "y")).then(revolute("roll", "x"))
+        rotor.add_body("rotor", rotor.ground, joint, (0, 0, 0), mass=mass, inertia=(a, b, c))
+        equations = derive(rotor)
+        biases.append(equations.program.expand(equations.bias))
+    assert any(entry != 0 for entry in biases[0])
+    assert [sympy.simplify(x - y) for x, y in zip(*biases, strict=True)] == [0, 0, 0]
+
+
+@pytest.mark.parametrize("name", ["z_rate", "z_acceleration"])
+def test_names_of_derivatives_are_taken_too(name: str) -> None:
+    cart = Mechanism("cart", gravity=0)
+    cart.add_body("cart", cart.ground, prismatic("z", "z"), (0, 0, 0), mass=1)
+    with pytest.raises(MechanismError, match=f"'{name}' is taken"):
+        cart.add_input(name, "m")
+
+
+def test_names_of_intermediate_results_are_kept_apart() -> None:
+    cart = Mechanism("cart", gravity=0)
+    with pytest.raises(MechanismError, match="'_0' begins with an underscore"):
+        cart.add_input("_0", "m")

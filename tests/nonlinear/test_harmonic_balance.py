@@ -186,3 +186,15 @@ def test_orbit_of_rest_does_not_move(sedan: Model) -> None:
     found = steady_state(sedan, Harmonic(3.0, {}), metrics=["yaw_rate", "vertical_acceleration"])
     assert isinstance(found.orbit, Orbit)
     assert all(abs(metric.value) < 1e-9 for metric in found.peak_to_peak.values())
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1.0, np.nan])
+def test_impossible_tolerance_is_refused(sedan: Model, tolerance: float) -> None:
+    with pytest.raises(ValueError, match="tolerance: .* a positive number is needed"):
+        steady_state(sedan, rig.lateral(), tolerance=tolerance)
+
+
+def test_slow_excitation_of_a_fast_system_has_its_multipliers(oscillator: Model) -> None:
+    """Over a thousand seconds the transients are gone: every multiplier is zero to rounding."""
+    found = steady_state(oscillator, Harmonic(0.001, {"road": 0.01}), metrics=["displacement"])
+    assert np.abs(found.multipliers).max() < 1e-12
