@@ -77,6 +77,14 @@ def test_derivation_against_the_expanded_lagrangian(links: int, capsys: pytest.C
     assert textbook > derivation
 
 
+def test_derivation_of_the_reference_car(sedan: Model, capsys: pytest.CaptureFixture[str]) -> None:
+    """LagrangesMethod takes about 295 s for the same car: too long for a benchmark."""
+    derivation = seconds(lambda: derive(sedan.mechanism))
+    show(capsys, "sedan, derivation of M, h, Q and outputs (s)", derivation)
+    show(capsys, "sedan, 295 s of LagrangesMethod over it", 295 / derivation)
+    assert derivation < 29.5, "at least ten times faster, on however busy a machine"
+
+
 def test_cache_against_building(
     capsys: pytest.CaptureFixture[str],
     tmp_path_factory: pytest.TempPathFactory,
