@@ -98,8 +98,18 @@ class Kinematics:
         return scale(self.program, amount, unit(step.axis))
 
     def link_of(self, body: Body) -> int | None:
-        """The last link of a body; None for the ground."""
-        return self._last.get(body)
+        """The last link of a body; None for the ground.
+
+        Raises
+        ------
+        MechanismError
+            If the body belongs to another mechanism.
+        """
+        if body.parent is None:
+            return None
+        if body not in self._last:
+            raise MechanismError(f"body {body.name!r} is not in this mechanism; add it, or use one that is")
+        return self._last[body]
 
     def to_child(self, link: Link, a: Vector) -> Vector:
         """A vector of the parent's axes in the link's own."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy
 
 from chassym.derivation.body import Body, Point
-from chassym.derivation.joint import Coordinate
+from chassym.derivation.joint import Coordinate, MechanismError
 from chassym.derivation.kinematics import NO_WRENCH, Kinematics, Wrench, at, component, opposite, to_parent
 from chassym.derivation.vector import ZERO, Vector, add
 
@@ -28,8 +28,19 @@ class Loads:
         self._generalized[coordinate] = self._generalized.get(coordinate, sympy.S.Zero) + force
 
     def generalized_forces(self) -> list[sympy.Expr]:
-        """The generalised force on every coordinate, in order (N or N m)."""
+        """The generalised force on every coordinate, in order (N or N m).
+
+        Raises
+        ------
+        MechanismError
+            If a force acts on a coordinate that no joint has.
+        """
         projected = project(self.kinematics, self._wrenches())
+        for coordinate in self._generalized.keys() - projected.keys():
+            raise MechanismError(
+                f"a force acts on coordinate {coordinate.name!r} in {coordinate.unit}, which no joint has; "
+                f"there are {', '.join(c.name for c in projected)}"
+            )
         let = self.kinematics.program.let
         return [let(force + self._generalized.get(c, sympy.S.Zero)) for c, force in projected.items()]
 

@@ -2,6 +2,7 @@
 alternative, in one run.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -63,10 +64,12 @@ def test_one_steady_state_beside_time_integration(
 
 def test_first_compilation_and_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     environment = os.environ | {"CHASSYM_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-m", "chassym.cli", "test", "lateral", "--json"]
+    program = "import sys; from chassym.cli import main; sys.exit(main())"
+    command = [sys.executable, "-c", program, "test", "lateral", "--json"]
 
-    def run() -> object:
-        return subprocess.run(command, env=environment, check=True, capture_output=True)
+    def run() -> None:
+        done = subprocess.run(command, env=environment, check=True, capture_output=True)
+        assert json.loads(done.stdout)["converged"]
 
     cold = _median_s(run, 1)
     warm = _median_s(run, 3)

@@ -8,7 +8,9 @@ import sympy
 from chassym.derivation import (
     AngularVelocity,
     Body,
+    Coordinate,
     DamperTable,
+    JointPort,
     Linear,
     Mechanism,
     MechanismError,
@@ -200,3 +202,21 @@ def test_names_of_intermediate_results_are_kept_apart() -> None:
     cart = Mechanism("cart", gravity=0)
     with pytest.raises(MechanismError, match="'_0' begins with an underscore"):
         cart.add_input("_0", "m")
+
+
+def test_a_force_on_a_coordinate_that_no_joint_has_is_refused() -> None:
+    cart = Mechanism("cart", gravity=0)
+    cart.add_body("cart", cart.ground, prismatic("z", "z"), (0, 0, 0), mass=1)
+    cart.add_force_element("spring", JointPort(Coordinate("typo", "m")), Linear(1))
+    with pytest.raises(MechanismError, match="coordinate 'typo' in m, which no joint has; there are z"):
+        derive(cart)
+
+
+def test_a_frame_of_another_mechanism_is_refused() -> None:
+    cart, other = Mechanism("cart", gravity=0), Mechanism("other", gravity=0)
+    body = cart.add_body("cart", cart.ground, prismatic("z", "z"), (0, 0, 0), mass=1)
+    stranger = other.add_body("stranger", other.ground, prismatic("x", "x"), (0, 0, 0), mass=1)
+    travel = TravelPort(cart.point("hook", body, (0, 0, 0)), stranger, "z")
+    cart.add_force_element("spring", travel, Linear(1))
+    with pytest.raises(MechanismError, match="body 'stranger' is not in this mechanism"):
+        derive(cart)
