@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import io
-import os
 from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
@@ -23,6 +22,7 @@ from matplotlib.figure import Figure
 
 from chassym.comparison import Comparison, words
 from chassym.data_files import data_files
+from chassym.derivation.files import replace_file
 from chassym.heave import AMPLITUDE_M, HeaveTest
 from chassym.linear.plots import plot_modes
 from chassym.nonlinear import plots
@@ -67,7 +67,7 @@ def write_report(results: StudyResults, folder: Path) -> Path:
     contents["report.html"] = render(results, list(data)).encode("utf-8")
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
-        _replace(folder / name, content)
+        replace_file(folder / name, content)
     return folder / "report.html"
 
 
@@ -243,13 +243,3 @@ def _saved(figure: Figure, form: str, dpi: float = 100.0) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format=form, dpi=dpi, metadata={UNDATED[form]: None})
     return buffer.getvalue()
-
-
-def _replace(target: Path, data: bytes) -> None:
-    """Write a file under another name in the same folder, then put it in place at once."""
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        temporary.write_bytes(data)
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)

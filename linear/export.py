@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
+from chassym.derivation.files import replace_file
 from chassym.linear.state_space import LinearModel, StateMatrices
 
 Array = np.ndarray
@@ -48,7 +48,7 @@ def write_mat(path: str | Path, linear: LinearModel) -> None:
         raise FileNotFoundError(
             f"path {str(path)!r}: folder {str(target.parent)!r} does not exist; create it first"
         )
-    _replace(target, _encoded(_fields(linear, linear.state_matrices())))
+    replace_file(target, _encoded(_fields(linear, linear.state_matrices())))
 
 
 def _fields(linear: LinearModel, matrices: StateMatrices) -> dict[str, object]:
@@ -82,13 +82,3 @@ def _encoded(plant: dict[str, object]) -> bytes:
     buffer = BytesIO()
     savemat(buffer, {"plant": plant}, do_compression=True)
     return buffer.getvalue()
-
-
-def _replace(target: Path, data: bytes) -> None:
-    """Write a file under another name in the same folder, then put it in place at once."""
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        temporary.write_bytes(data)
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)

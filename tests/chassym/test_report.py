@@ -230,7 +230,7 @@ def test_a_write_that_fails_leaves_the_old_file(
     def full(source: Path, target: Path) -> None:
         raise OSError("no space left")
 
-    monkeypatch.setattr(report.os, "replace", full)
+    monkeypatch.setattr("os.replace", full)
     with pytest.raises(OSError, match="no space"):
         write_report(replace(small_study, version="9.9"), tmp_path)
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
