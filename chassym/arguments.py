@@ -56,6 +56,19 @@ def changes(assignments: Sequence[str]) -> dict[str, str]:
     return found
 
 
+def whole(name: str, text: str) -> int:
+    """A whole number.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none.
+    """
+    if not re.fullmatch(r"\d{1,6}", text, re.ASCII):
+        raise ArgumentError(name, repr(text), "a whole number")
+    return int(text)
+
+
 def positive(name: str, text: str, unit: str) -> float:
     """A number greater than zero in SI, from text with or without a unit.
 

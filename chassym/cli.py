@@ -19,7 +19,9 @@ from chassym import arguments, usage
 from chassym.requested_test import AXES, TESTS, as_data, find_excitation, find_metrics, print_test
 
 if TYPE_CHECKING:
-    from chassym.derivation import Model
+    from pathlib import Path
+
+    from chassym.derivation import EquationsOfMotion, Model
 
 FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 """Exit statuses: no result, an argument that cannot be accepted, Ctrl-C."""
@@ -37,6 +39,9 @@ Vehicle = Annotated[str, typer.Argument(metavar="VEHICLE", help="A built-in vehi
 Changes = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter; without a unit in SI. Repeatable."),
+]
+Sections = Annotated[
+    str | None, typer.Option(metavar="N", help="Body sections of a full car, 3 or more; 3 by default.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
@@ -77,16 +82,26 @@ def parameters(vehicle: Vehicle = "sedan", changes: Changes = None, as_json: AsJ
 
 
 @app.command()
-def equations(vehicle: Vehicle = "sedan", changes: Changes = None, as_json: AsJson = False) -> None:
+def equations(
+    vehicle: Vehicle = "sedan",
+    latex: Annotated[
+        str | None, typer.Option(metavar="FILE.tex", help="Write them as a LaTeX article, with a glossary.")
+    ] = None,
+    sections: Sections = None,
+    changes: Changes = None,
+    as_json: AsJson = False,
+) -> None:
     """Derive the equations of motion and count their operations; write out small ones."""
-    model = _load(vehicle, changes)
+    article = None if latex is None else arguments.new_file("--latex", latex, ".tex")
+    model = _load(vehicle, changes, sections)
     derived, operations = model.equations, model.equations.operations
+    if article is not None:
+        _write_article(article, model)
     if as_json:
         counted = {"degrees_of_freedom": model.size, "operations": operations}
         _print_json(counted | {"derivation_s": derived.derivation_s})
         return
     from chassym.tables import print_paragraph, print_table
-    from chassym.written_equations import written_equations
 
     rows = [
         ("degrees of freedom", str(model.size)),
@@ -94,21 +109,49 @@ def equations(vehicle: Vehicle = "sedan", changes: Changes = None, as_json: AsJs
         ("operations of the whole right-hand side", str(operations["right_hand_side"])),
         ("time of the derivation", f"{derived.derivation_s:.2g} s"),
     ]
-    print_table([f"equations of motion of {derived.mechanism.name}", ">"], rows)
+    print_table([f"equations of motion of {derived.system.name}", ">"], rows)
     print_paragraph(f"Coordinates: {', '.join(coordinate.name for coordinate in derived.coordinates)}")
     if model.size <= WRITTEN_OUT:
+        _print_written_out(derived)
+    if article is not None:
+        print_paragraph(f"{article}: equations of motion as a LaTeX article")
+
+
+def _print_written_out(derived: EquationsOfMotion) -> None:
+    from chassym.tables import print_paragraph
+    from chassym.written_equations import written_energies, written_equations
+
+    energies = list(written_energies(derived))
+    if energies:
         print_paragraph(
-            "M q'' = f. M is symmetric; F is the force with which an element resists, "
-            "v the rate of its deflection."
+            "Kinetic energy T, potential energy V, Rayleigh's dissipation function D, where short:"
         )
-        for left, right in written_equations(derived):
-            print_paragraph(f"{left} = {right}", indent="    ")
+    for left, right in energies:
+        print_paragraph(f"{left} = {right}", indent="    ")
+    print_paragraph(
+        "M q'' = f. M is symmetric; F is the force with which an element resists, "
+        "v the rate of its deflection."
+    )
+    for left, right in written_equations(derived):
+        print_paragraph(f"{left} = {right}", indent="    ")
+
+
+def _write_article(file: Path, model: Model) -> None:
+    from chassym.derivation.files import replace_file
+    from chassym.derivation.latex import to_latex
+
+    replace_file(file, to_latex(model.equations, model.glossary).encode())
 
 
 @app.command()
-def modes(vehicle: Vehicle = "sedan", changes: Changes = None, as_json: AsJson = False) -> None:
+def modes(
+    vehicle: Vehicle = "sedan",
+    sections: Sections = None,
+    changes: Changes = None,
+    as_json: AsJson = False,
+) -> None:
     """Natural modes about the design position: frequency, damping, and what moves."""
-    model = _load(vehicle, changes)
+    model = _load(vehicle, changes, sections)
     from chassym.linear import damped_modes, linearise, undamped_modes
 
     linear = linearise(model)
@@ -144,6 +187,7 @@ def test(
     tolerance: Annotated[
         str, typer.Option(metavar="RATIO", help="Largest error, relative to a metric.")
     ] = "1e-3",
+    sections: Sections = None,
     changes: Changes = None,
     as_json: AsJson = False,
 ) -> None:
@@ -156,7 +200,7 @@ def test(
         "lag_s": None if lag is None else arguments.finite("--lag", lag, "s"),
     }
     relative_error = arguments.positive("--tolerance", tolerance, "1")
-    model = _load(vehicle, changes)
+    model = _load(vehicle, changes, sections)
     given = {key: value for key, value in settings.items() if value is not None}
     excitation, metrics = find_excitation(name, model, given), find_metrics(model, axes)
     from chassym.nonlinear import steady_state
@@ -172,11 +216,12 @@ def test(
 def export(
     file: Annotated[str, typer.Argument(metavar="FILE.mat", help="MAT-file for MATLAB, Octave or Simulink.")],
     vehicle: Vehicle = "sedan",
+    sections: Sections = None,
     changes: Changes = None,
 ) -> None:
     """Write the state space about the design position, with names and units."""
     path = arguments.new_file("FILE.mat", file, ".mat")
-    model = _load(vehicle, changes)
+    model = _load(vehicle, changes, sections)
     from chassym.linear import linearise, write_mat
     from chassym.tables import print_paragraph
 
@@ -231,11 +276,12 @@ def _refuse(message: str, status: int) -> int:
     return status
 
 
-def _load(vehicle: str, changes: Sequence[str] | None) -> Model:
+def _load(vehicle: str, changes: Sequence[str] | None, sections: str | None = None) -> Model:
     given = arguments.changes(changes or [])
+    count = None if sections is None else arguments.whole("--sections", sections)
     from chassym.derivation import load_model
 
-    return load_model(vehicle, given, origin="--set")
+    return load_model(vehicle, given, origin="--set", sections=count)
 
 
 def _fields(value: object, names: Sequence[str]) -> dict[str, object]:

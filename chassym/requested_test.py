@@ -39,9 +39,9 @@ def find_excitation(name: str, model: Model, settings: Mapping[str, float]) -> H
         excitation = moves[name](**settings)
     else:
         excitation = rig.heave(**settings, inputs=rig.heave_inputs(model) or rig.PADS)
-    inputs = [each.name for each in model.mechanism.inputs]
+    inputs = [each.name for each in model.system.inputs]
     if not set(excitation.amplitudes) <= set(inputs):
-        vehicle = f"a {model.mechanism.name}, whose inputs are {', '.join(inputs) or 'none'}"
+        vehicle = f"a {model.system.name}, whose inputs are {', '.join(inputs) or 'none'}"
         raise ArgumentError(f"{name} test", vehicle, f"a vehicle with {', '.join(excitation.amplitudes)}")
     return excitation
 
@@ -62,7 +62,7 @@ def find_metrics(model: Model, axes: str) -> dict[str, str]:
         measured.setdefault(along, {})[name] = name.removeprefix(AXES[along])
     if axes not in measured:
         expected = (
-            f"{' or '.join(measured) or 'another vehicle'}, as a {model.mechanism.name} measures nothing else"
+            f"{' or '.join(measured) or 'another vehicle'}, as a {model.system.name} measures nothing else"
         )
         raise ArgumentError("--axes", repr(axes), expected)
     return measured[axes]
@@ -94,7 +94,7 @@ def print_test(name: str, metrics: Mapping[str, str], state: SteadyState) -> Non
         (metrics[output].replace("_", " "), with_error(metric.value, metric.error), metric.unit)
         for output, metric in state.peak_to_peak.items()
     ]
-    vehicle, frequency = state.orbit.model.mechanism.name, state.orbit.excitation.frequency_hz
+    vehicle, frequency = state.orbit.model.system.name, state.orbit.excitation.frequency_hz
     amplitude = max(abs(amplitude) for amplitude in state.orbit.excitation.amplitudes.values())
     print_paragraph(
         f"{name.capitalize()} test of {vehicle} at {frequency:g} Hz and {amplitude:.4g} m, steady state"

@@ -165,6 +165,6 @@ def change(varied: Metric, nominal: Metric) -> Metric:
 def _contact(state: SteadyState) -> Contact:
     if state.contact is None:
         raise ValueError(
-            f"mechanism {state.orbit.model.mechanism.name!r} has no contact patches; a full car is needed"
+            f"mechanism {state.orbit.model.system.name!r} has no contact patches; a full car is needed"
         )
     return state.contact

@@ -2,13 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import sympy
 
     from chassym.derivation import EquationsOfMotion
+    from chassym.derivation.element_symbols import ElementSymbols
+
+SHORT = 320
+"""Most characters of an energy for which it is printed: four lines."""
+
+
+def written_energies(equations: EquationsOfMotion) -> Iterator[tuple[str, str]]:
+    """T, V and Rayleigh's dissipation function D where they are short: left and right-hand sides.
+
+    Examples
+    --------
+    >>> from chassym.derivation import load_model
+    >>> for left, right in written_energies(load_model("quarter_car").equations):
+    ...     print(left, "=", right)
+    T = body_bounce_rate**2*sprung.mass/2 + unsprung.mass*wheel_bounce_rate**2/2
+    V = body_bounce*gravity*sprung.mass + ... + tyre.stiffness*(-road + wheel_bounce)**2/2
+    """
+    from chassym.derivation.lagrange_form import is_short
+
+    if not is_short(equations):
+        return
+    energies = (equations.kinetic_energy, equations.potential_energy, equations.dissipation)
+    for name, energy in zip("TVD", energies, strict=True):
+        if len(str(energy)) <= SHORT:
+            yield name, str(energy)
 
 
 def written_equations(equations: EquationsOfMotion) -> Iterator[tuple[str, str]]:
@@ -35,64 +60,43 @@ def written_equations(equations: EquationsOfMotion) -> Iterator[tuple[str, str]]
     F_rear_shaft = damping.rear*v_rear_shaft + rear_torsion*stiffness.rear
     v_rear_shaft = rear_torsion_rate
     """
+    from chassym.derivation.element_symbols import element_symbols
+    from chassym.derivation.lagrange_form import masses
+    from chassym.derivation.written_form import expanded
+
+    symbols, program = element_symbols(equations), equations.program
     names = [coordinate.name for coordinate in equations.coordinates]
-    short = _short_names(equations)
-    full = _expansions(equations, short)
-    gathered = [*short.values(), *(body.mass for body in equations.mechanism.bodies if body.mass.is_Symbol)]
+    short = {**symbols.printed_rates, **symbols.printed_forces}
+    gathered = [*short.values(), *masses(equations)]
     for i, row in enumerate(equations.mass_matrix):
-        for j in range(i, len(names)):
-            if row[j] != 0:
-                yield f"M[{names[i]}, {names[j]}]", _tidy(row[j], full, gathered)
-    for name, force, bias in zip(names, equations.generalized_forces, equations.bias, strict=True):
-        yield f"f[{name}]", _tidy(force - bias, full, gathered)
-    yield from _force_laws(equations, short, full)
+        for j, entry in enumerate(expanded(program, row[i:], short), start=i):
+            if entry != 0:
+                yield f"M[{names[i]}, {names[j]}]", _tidy(entry, gathered)
+    forces = expanded(program, equations.generalized_forces, short)
+    bias = expanded(program, equations.bias, short)
+    for name, force, rest in zip(names, forces, bias, strict=True):
+        yield f"f[{name}]", _tidy(force - rest, gathered)
+    yield from _force_laws(program.definitions, symbols, lambda law: expanded(program, [law], short)[0])
 
 
 def _force_laws(
-    equations: EquationsOfMotion,
-    short: Mapping[sympy.Symbol, sympy.Symbol],
-    full: Mapping[sympy.Symbol, sympy.Expr],
+    definitions: Mapping[sympy.Symbol, sympy.Expr],
+    symbols: ElementSymbols,
+    write: Callable[[sympy.Expr], sympy.Expr],
 ) -> Iterator[tuple[str, str]]:
     """The forces of the elements, each with the rate that it mentions, as they were built."""
-    rates = set(map(short.get, equations.element_rates.values()))
-    definitions = equations.program.definitions
-    for force in equations.element_forces.values():
-        law = definitions[force].xreplace(full)
-        yield str(short[force]), str(law)
-        for rate in (symbol for symbol, name in short.items() if name in law.free_symbols & rates):
-            rates.remove(short[rate])
-            yield str(short[rate]), str(definitions[rate].xreplace(full))
+    rates = {symbol: name for name, symbol in symbols.printed_rates.items()}
+    for name, force in symbols.printed_forces.items():
+        law = write(definitions[name])
+        yield str(force), str(law)
+        for rate in [rate for rate in rates if rate in law.free_symbols]:
+            yield str(rate), str(write(definitions[rates.pop(rate)]))
 
 
-def _short_names(equations: EquationsOfMotion) -> dict[sympy.Symbol, sympy.Symbol]:
-    """The forces and rates of the elements, which are not written out where they occur."""
-    from sympy import Symbol
-
-    kinds = {"F": equations.element_forces, "v": equations.element_rates}
-    return {
-        symbol: Symbol(f"{kind}_{name}", real=True)
-        for kind, symbols in kinds.items()
-        for name, symbol in symbols.items()
-    }
-
-
-def _expansions(
-    equations: EquationsOfMotion, short: Mapping[sympy.Symbol, sympy.Symbol]
-) -> dict[sympy.Symbol, sympy.Expr]:
-    """What to write for every name of the program."""
-    full: dict[sympy.Symbol, sympy.Expr] = {}
-    for symbol, expression in equations.program.definitions.items():
-        full[symbol] = short.get(symbol, expression.xreplace(full))
-    return full
-
-
-def _tidy(
-    expression: sympy.Expr, full: Mapping[sympy.Symbol, sympy.Expr], gathered: Sequence[sympy.Symbol]
-) -> str:
+def _tidy(built: sympy.Expr, gathered: Sequence[sympy.Symbol]) -> str:
     """An expression as it was built, or sorted by forces and masses, whichever is shorter."""
-    from sympy import collect, cos, expand, factor, sin, sympify
+    from sympy import collect, cos, expand, factor, sin
 
-    built = sympify(expression).xreplace(full)
     squares = {sine**2: 1 - cos(*sine.args) ** 2 for sine in built.atoms(sin)}
     simplified = collect(expand(expand(built).subs(squares)), gathered, factor)
     return min(str(built), str(simplified), key=len)

@@ -1,14 +1,15 @@
-"""Rigid bodies, points fixed to them and prescribed motions: the nouns of a mechanism."""
+"""Rigid bodies, points fixed to them and what comes from outside: the nouns of a mechanism."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, SupportsIndex
 
 import sympy
 
-from chassym.derivation.joint import Joint
-from chassym.derivation.vector import SymmetricTensor, Vector
+from chassym.derivation.joint import Joint, weld
+from chassym.derivation.vector import ZERO, SymmetricTensor, Vector, diagonal
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,14 @@ class Body:
     mass_centre: Vector
     inertia: SymmetricTensor
 
+    def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple[Any, ...]:
+        """The ground is one object of a process: it is pickled by its name."""
+        return "GROUND" if self is GROUND else super().__reduce_ex__(protocol)
+
+
+GROUND = Body("ground", None, weld(), ZERO, sympy.S.Zero, ZERO, diagonal(*ZERO))
+"""The inertial frame, Z up."""
+
 
 @dataclass(frozen=True, eq=False)
 class Point:
@@ -49,17 +58,38 @@ class Point:
 
 @dataclass(frozen=True)
 class Input:
-    """A prescribed motion with its rate; both act."""
+    """A prescribed motion with its rate, or a prescribed force: what comes from outside."""
 
     name: str
     unit: str
+    description: str = ""
 
     @cached_property
     def position(self) -> sympy.Symbol:
-        """The prescribed displacement."""
+        """The prescribed displacement or force."""
         return sympy.Symbol(self.name, real=True)
 
     @cached_property
     def rate(self) -> sympy.Symbol:
         """Its time derivative."""
         return sympy.Symbol(f"{self.name}_rate", real=True)
+
+
+@dataclass(frozen=True, eq=False)
+class AppliedForce:
+    """A prescribed force on a point along an axis fixed in the frame of a body, without a reaction."""
+
+    input: Input
+    point: Point
+    axis: Vector
+    axes: Body
+
+
+@dataclass(frozen=True, eq=False)
+class AppliedTorque:
+    """A prescribed torque on a body about an axis fixed in the frame of a body, without a reaction."""
+
+    input: Input
+    body: Body
+    axis: Vector
+    axes: Body

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import sympy
 
+from chassym.derivation.element import ElementAnswer
+from chassym.derivation.energies import Energies
 from chassym.derivation.joint import Coordinate
-from chassym.derivation.mechanism import Mechanism
+from chassym.derivation.kinks import switches
+from chassym.derivation.lagrange_form import lagrange_equations, written_out
+from chassym.derivation.latex import displayed
 from chassym.derivation.program import Program
 from chassym.derivation.solve import solve_tree
+from chassym.derivation.system import System
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EquationsOfMotion:
     """Equations of motion of a mechanism.
 
     Attributes
     ----------
-    mechanism
-        What they were derived from.
+    system
+        What they were derived from: its coordinates, inputs and outputs.
     program
         The straight-line program whose names the expressions use.
     mass_matrix
@@ -30,33 +35,42 @@ class EquationsOfMotion:
         h: Coriolis, centrifugal and gravity terms, length n.
     generalized_forces
         Q of the force elements, length n.
-    element_forces, element_rates
-        Resisting force and rate of deflection of every force element, by its name.
+    elements
+        Deflection, rate and resisting force of every force element, by its name.
     outputs
         Every output by its name, in coordinates, rates, accelerations, inputs and input rates.
+    energies
+        T, V and D of Lagrange's equations.
+    singularities
+        Signed distance from the singularity of its rotation sequence, -1 to 1, of every body on three
+        rotations in a row, by its name.
     derivation_s
         Time that M, h and Q took (s).
     """
 
-    mechanism: Mechanism
+    system: System
     program: Program
     mass_matrix: tuple[tuple[sympy.Expr, ...], ...]
     bias: tuple[sympy.Expr, ...]
     generalized_forces: tuple[sympy.Expr, ...]
-    element_forces: Mapping[str, sympy.Symbol]
-    element_rates: Mapping[str, sympy.Symbol]
+    elements: Mapping[str, ElementAnswer]
     outputs: Mapping[str, sympy.Expr]
+    energies: Energies
+    singularities: Mapping[str, sympy.Expr]
     derivation_s: float
+
+    def __repr__(self) -> str:
+        return f"<EquationsOfMotion of {self.system.name!r}: {len(self.bias)} degrees of freedom>"
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The generalised coordinates, in order."""
-        return self.mechanism.coordinates
+        return self.system.coordinates
 
     @cached_property
     def arguments(self) -> tuple[sympy.Symbol, ...]:
         """Coordinates, rates, accelerations, inputs and input rates, in this order."""
-        coordinates, inputs = self.coordinates, self.mechanism.inputs
+        coordinates, inputs = self.coordinates, self.system.inputs
         return (
             *(c.position for c in coordinates),
             *(c.rate for c in coordinates),
@@ -90,24 +104,47 @@ class EquationsOfMotion:
     def linearisation(self) -> list[list[sympy.Expr]]:
         """Exact derivatives of residual and outputs, shape (n + outputs, arguments).
 
-        A characteristic with knots enters by a symbol for its slope, `Mechanism.slopes`: which slope it has
-        at a knot is a choice to be made with the numbers.
+        A characteristic with knots enters by a symbol for its slope, `slopes` of the system: which slope it
+        has at a knot is a choice to be made with the numbers.
         """
-        stated = {
-            self.element_forces[name]: {self.element_rates[name]: slope}
-            for name, slope in self.mechanism.slopes.items()
-        }
-        results = [*self.residual, *self.outputs.values()]
-        return self.program.differentiate(results, self.arguments, stated)
+        stated = {}
+        for name, slope in self.system.slopes.items():
+            answer = self.elements[name]
+            variable = self.system.knotted[name].argument(answer.deflection, answer.rate)
+            stated[answer.force] = {variable: slope}
+        return self.program.differentiate(self._results, self.arguments, stated)
+
+    def jacobian(self, variables: Sequence[sympy.Symbol]) -> list[list[sympy.Expr]]:
+        """Exact derivatives of residual and outputs, shape (n + outputs, variables), by any symbols.
+
+        The symbols are arguments or parameters. Where a force bends, the derivative is the mean of both
+        sides'.
+        """
+        return self.program.differentiate(self._results, variables)
+
+    @property
+    def _results(self) -> list[sympy.Expr]:
+        return [*self.residual, *self.outputs.values()]
+
+    @cached_property
+    def parameters(self) -> tuple[sympy.Symbol, ...]:
+        """Every symbol of residual and outputs that is no argument, by name: parameters and preloads."""
+        program = self.program
+        definitions = program.required(self._results)
+        mentioned = set().union(*(e.free_symbols for e in (*definitions.values(), *self._results)))
+        rest = mentioned - set(definitions) - set(self.arguments)
+        return tuple(sorted(rest, key=lambda symbol: str(symbol.name)))
 
     @cached_property
     def knot_distances(self) -> list[sympy.Expr]:
-        """Rate less knot, for every knot of every element: a sign change is a corner of its force."""
-        return [
-            self.program.let(self.element_rates[name] - knot)
-            for name, characteristic in self.mechanism.knotted.items()
-            for knot in characteristic.knots
-        ]
+        """Expressions whose change of sign along a motion makes the residual jump or bend."""
+        program, moving = self.program, set(self.arguments)
+        found: dict[sympy.Expr, None] = {}
+        for symbol, expression in program.required(self.residual).items():
+            if expression.free_symbols & moving:
+                moving.add(symbol)
+                found |= dict.fromkeys(s for s in switches(expression) if s.free_symbols & moving)
+        return [program.let(each) for each in found]
 
     @property
     def operations(self) -> dict[str, int]:
@@ -117,3 +154,31 @@ class EquationsOfMotion:
             "mass_matrix_and_bias": self.program.operations([*upper, *self.bias]),
             "right_hand_side": self.program.operations(self.accelerations),
         }
+
+    @cached_property
+    def kinetic_energy(self) -> sympy.Expr:
+        """T, written out (J); refused with a MechanismError, as all that follow, if too long to read."""
+        return written_out(self, [self.energies.kinetic])[0]
+
+    @cached_property
+    def potential_energy(self) -> sympy.Expr:
+        """V, written out (J)."""
+        return written_out(self, [self.energies.potential])[0]
+
+    @cached_property
+    def dissipation(self) -> sympy.Expr:
+        """Rayleigh's dissipation function D, written out (W)."""
+        return written_out(self, [self.energies.dissipation])[0]
+
+    @property
+    def lagrangian(self) -> sympy.Expr:
+        """L = T - V, written out (J)."""
+        return self.kinetic_energy - self.potential_energy
+
+    @cached_property
+    def lagrange_equations(self) -> tuple[sympy.Eq, ...]:
+        """d/dt(dT/dq') - dT/dq + dV/dq + dD/dq' = Q of every coordinate, written out."""
+        return lagrange_equations(self)
+
+    def _repr_latex_(self) -> str:
+        return displayed(self)

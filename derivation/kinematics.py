@@ -8,18 +8,20 @@ from dataclasses import dataclass
 import sympy
 
 from chassym.derivation.body import Body, Point
-from chassym.derivation.joint import Coordinate, MechanismError, Step
+from chassym.derivation.errors import MechanismError
+from chassym.derivation.joint import Coordinate, Step
 from chassym.derivation.program import Program
+from chassym.derivation.rotation import Rotation, rotation
 from chassym.derivation.vector import (
     ZERO,
-    AxisRotation,
+    SymmetricTensor,
     Vector,
     add,
     cross,
+    diagonal,
     matrix_times,
-    negative,
     scale,
-    unit,
+    subtract,
     vector,
 )
 
@@ -31,7 +33,7 @@ class Link:
     parent: int | None
     offset: Vector
     step: Step | None
-    rotation: AxisRotation | None
+    rotation: Rotation | None
     body: Body | None
 
 
@@ -64,6 +66,7 @@ class Kinematics:
         self.program = program
         self.links: list[Link] = []
         self._last: dict[Body, int] = {}
+        self._seen: dict[tuple[Point, Body], tuple[Vector, Vector]] = {}
         for body in bodies:
             self._append(body)
         self.angular_velocity: list[Vector] = []
@@ -74,7 +77,7 @@ class Kinematics:
         """The links of one body's joint."""
         parent = self._last.get(body.parent) if body.parent is not None else None
         start = body.parent.origin if parent is not None and body.parent is not None else ZERO
-        offset = vector([self.program.let(a - b) for a, b in zip(body.origin, start, strict=True)])
+        offset = self._between(start, body.origin)
         steps: list[Step | None] = list(body.joint.steps) or [None]
         for step in steps:
             owner = body if step is steps[-1] else None
@@ -82,11 +85,10 @@ class Kinematics:
             parent, offset = len(self.links) - 1, ZERO
         self._last[body] = len(self.links) - 1
 
-    def _rotation(self, step: Step | None) -> AxisRotation | None:
+    def _rotation(self, step: Step | None) -> Rotation | None:
         if step is None or not step.is_rotation:
             return None
-        angle = step.coordinate.position
-        return AxisRotation(step.axis, self.program.let(sympy.cos(angle)), self.program.let(sympy.sin(angle)))
+        return rotation(self.program, step.axis, step.coordinate.position)
 
     def _angular_velocity(self, link: Link) -> Vector:
         inherited = self.to_child(link, ZERO if link.parent is None else self.angular_velocity[link.parent])
@@ -95,7 +97,7 @@ class Kinematics:
         return add(self.program, inherited, self._along(link.step, link.step.coordinate.rate))
 
     def _along(self, step: Step, amount: sympy.Expr) -> Vector:
-        return scale(self.program, amount, unit(step.axis))
+        return scale(self.program, amount, step.axis)
 
     def link_of(self, body: Body) -> int | None:
         """The last link of a body; None for the ground.
@@ -125,35 +127,34 @@ class Kinematics:
             return link.offset
         return add(self.program, link.offset, self._along(link.step, link.step.coordinate.position))
 
-    def path(self, body: Body, frame: Body) -> list[Link]:
-        """The links from a body up to, and without, those of a frame's body.
+    def path(self, body: Body, frame: Body) -> tuple[list[Link], list[Link]]:
+        """The links from a body up to where its way to the ground meets a frame's, and down to the frame.
 
         Raises
         ------
         MechanismError
-            If the frame is neither the ground nor an ancestor of the body.
+            If the body or the frame belongs to another mechanism.
         """
-        stop, index = self.link_of(frame), self.link_of(body)
-        links = []
-        while index != stop:
-            if index is None:
-                raise MechanismError(
-                    f"motion of {body.name!r} seen from {frame.name!r}: the frame must be the ground or a "
-                    f"body that {body.name!r} is jointed to, directly or through others"
-                )
-            links.append(self.links[index])
+        down = self._indices(frame)
+        up = [index for index in self._indices(body) if index not in down]
+        met = self.links[up[-1]].parent if up else self.link_of(body)
+        down = down[: down.index(met)] if met is not None else down
+        return [self.links[index] for index in up], [self.links[index] for index in reversed(down)]
+
+    def _indices(self, body: Body) -> list[int]:
+        """The links between a body and the ground, its own first."""
+        found, index = [], self.link_of(body)
+        while index is not None:
+            found.append(index)
             index = self.links[index].parent
-        return links
+        return found
 
     def rotated(self, a: Vector, body: Body, frame: Body) -> Vector:
-        """A vector of a body's axes in those of a frame that the body is jointed to."""
-        for link in self.path(body, frame):
+        """A vector of a body's axes in those of a frame."""
+        up, down = self.path(body, frame)
+        for link in up:
             a = self.to_parent(link, a)
-        return a
-
-    def rotated_back(self, a: Vector, frame: Body, body: Body) -> Vector:
-        """A vector of a frame's axes in those of a body jointed to it."""
-        for link in reversed(self.path(body, frame)):
+        for link in down:
             a = self.to_child(link, a)
         return a
 
@@ -166,18 +167,30 @@ class Kinematics:
     def mass_centre(self, index: int) -> Vector:
         """Mass centre of a link's body in the link's frame; the origin for a link without a body."""
         body = self.links[index].body
-        if body is None:
-            return ZERO
-        pairs = zip(body.mass_centre, body.origin, strict=True)
-        return vector([self.program.let(a - b) for a, b in pairs])
+        return ZERO if body is None else self._between(body.origin, body.mass_centre)
+
+    def _between(self, start: Vector, end: Vector) -> Vector:
+        """From one design position to another: expressions of parameters, of which bodies may share parts."""
+        absorb = self.program.absorb
+        return subtract(self.program, vector(map(absorb, end)), vector(map(absorb, start)))
+
+    def mass(self, index: int) -> sympy.Expr:
+        """Mass of a link's body; zero for a link without a body."""
+        body = self.links[index].body
+        return sympy.S.Zero if body is None else self.program.absorb(body.mass)
+
+    def inertia(self, index: int) -> SymmetricTensor:
+        """Inertia of a link's body about its mass centre; zero for a link without a body."""
+        body = self.links[index].body
+        components = diagonal(*ZERO).components() if body is None else body.inertia.components()
+        return SymmetricTensor(*map(self.program.absorb, components))
 
     def arm(self, point: Point) -> Vector:
         """Position of a point in its own body's frame."""
-        pairs = zip(point.position, point.body.origin, strict=True)
-        return vector([self.program.let(a - b) for a, b in pairs])
+        return self._between(point.body.origin, point.position)
 
     def position(self, point: Point, frame: Body) -> Vector:
-        """Position of a point in the frame of a body its own body is jointed to."""
+        """Position of a point in the frame of a body."""
         return self._seen_from(point, frame)[0]
 
     def velocity(self, point: Point, frame: Body) -> Vector:
@@ -185,15 +198,29 @@ class Kinematics:
         return self._seen_from(point, frame)[1]
 
     def _seen_from(self, point: Point, frame: Body) -> tuple[Vector, Vector]:
+        if (point, frame) not in self._seen:
+            self._seen[point, frame] = self._position_and_velocity(point, frame)
+        return self._seen[point, frame]
+
+    def _position_and_velocity(self, point: Point, frame: Body) -> tuple[Vector, Vector]:
         program, position, velocity = self.program, self.arm(point), ZERO
-        for link in self.path(point.body, frame):
+        up, down = self.path(point.body, frame)
+        for link in up:
             position, velocity = self.to_parent(link, position), self.to_parent(link, velocity)
-            if link.step is not None:
-                rate = self._along(link.step, link.step.coordinate.rate)
-                own = cross(program, rate, position) if link.step.is_rotation else rate
-                velocity = add(program, velocity, own)
+            velocity = add(program, velocity, self.own_velocity(link, position))
             position = add(program, position, self.displacement(link))
+        for link in down:
+            position = subtract(program, position, self.displacement(link))
+            velocity = subtract(program, velocity, self.own_velocity(link, position))
+            position, velocity = self.to_child(link, position), self.to_child(link, velocity)
         return position, velocity
+
+    def own_velocity(self, link: Link, arm: Vector) -> Vector:
+        """What a link's own step adds to the velocity of a point at an arm, in the parent's axes."""
+        if link.step is None:
+            return ZERO
+        rate = self._along(link.step, link.step.coordinate.rate)
+        return cross(self.program, rate, arm) if link.step.is_rotation else rate
 
     def accelerations(
         self, second_derivative: Callable[[Coordinate], sympy.Expr], base: Vector
@@ -246,43 +273,3 @@ class Kinematics:
             vector([let(xy + alpha[2]), let(-xx - zz), let(yz - alpha[0])]),
             vector([let(xz - alpha[1]), let(yz + alpha[0]), let(-xx - yy)]),
         )
-
-
-@dataclass(frozen=True)
-class Wrench:
-    """A force and a moment about a frame's origin, in the frame's axes."""
-
-    force: Vector
-    moment: Vector
-
-    def plus(self, program: Program, other: Wrench) -> Wrench:
-        """Sum of two wrenches on one frame."""
-        return Wrench(add(program, self.force, other.force), add(program, self.moment, other.moment))
-
-
-NO_WRENCH = Wrench(ZERO, ZERO)
-
-
-def at(program: Program, position: Vector, force: Vector) -> Wrench:
-    """The wrench of a force that acts at a position."""
-    return Wrench(force, cross(program, position, force))
-
-
-def to_parent(kinematics: Kinematics, link: Link, wrench: Wrench) -> Wrench:
-    """The same wrench about the origin, and in the axes, of the link's parent."""
-    program = kinematics.program
-    force = kinematics.to_parent(link, wrench.force)
-    moment = kinematics.to_parent(link, wrench.moment)
-    shifted = cross(program, kinematics.displacement(link), force)
-    return Wrench(force, add(program, moment, shifted))
-
-
-def component(step: Step, wrench: Wrench) -> sympy.Expr:
-    """What a wrench on a link's frame does to the link's own coordinate."""
-    chosen = wrench.moment if step.is_rotation else wrench.force
-    return sympy.Add(*(a * b for a, b in zip(unit(step.axis), chosen, strict=True)))
-
-
-def opposite(wrench: Wrench) -> Wrench:
-    """The reaction."""
-    return Wrench(negative(wrench.force), negative(wrench.moment))

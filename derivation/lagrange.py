@@ -9,35 +9,56 @@ the bias h. Both are summed over the bodies down the tree, so nothing is expande
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping, Sequence
+from functools import singledispatch
 
 import sympy
 
+from chassym.derivation.body import AppliedForce, Body
+from chassym.derivation.element import ElementAnswer, ForceElement
+from chassym.derivation.energies import tree_energies
 from chassym.derivation.equations_of_motion import EquationsOfMotion
-from chassym.derivation.kinematics import NO_WRENCH, Acceleration, Kinematics, Wrench
+from chassym.derivation.kinematics import Acceleration, Kinematics
 from chassym.derivation.loads import Loads, project
 from chassym.derivation.mass_matrix import mass_matrix
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.output import Measured
 from chassym.derivation.program import Program
+from chassym.derivation.rotation import rotation
+from chassym.derivation.system import System
 from chassym.derivation.vector import (
     ZERO,
     SymmetricTensor,
     Vector,
     add,
     cross,
+    dot,
     scale,
     vector,
 )
+from chassym.derivation.wrench import NO_WRENCH, Wrench
 
 
-def derive(mechanism: Mechanism) -> EquationsOfMotion:
-    """Derive M(q, p) q'' + h(q, q', p) = Q(q, q', u, u', p).
+@singledispatch
+def derive(system: System) -> EquationsOfMotion:
+    """Derive M(q, p) q'' + h(q, q', p) = Q(q, q', u, u', p) of a mechanism or a Lagrangian.
 
     Raises
     ------
     MechanismError
-        If a coordinate moves no mass.
+        If a body at the end of the tree has no mass, or a coordinate moves none.
+    TypeError
+        If it is nothing that has equations of motion.
     """
+    raise TypeError(
+        f"{type(system).__qualname__} has no equations of motion; expected a Mechanism or a Lagrangian"
+    )
+
+
+@derive.register
+def _of_mechanism(mechanism: Mechanism) -> EquationsOfMotion:
+    """The equations of a tree of bodies."""
+    mechanism.check()
     start = time.perf_counter()
     program = Program()
     kinematics = Kinematics(program, mechanism.bodies)
@@ -45,28 +66,82 @@ def derive(mechanism: Mechanism) -> EquationsOfMotion:
     matrix = mass_matrix(kinematics)
     drift = kinematics.accelerations(lambda coordinate: sympy.S.Zero, weight)
     bias = project(kinematics, [_inertial_wrench(kinematics, i, a) for i, a in enumerate(drift)])
-    loads, forces, rates = Loads(kinematics), {}, {}
-    for element in mechanism.elements:
-        deflection = element.port.deflection(kinematics)
-        rates[element.name] = program.assign(element.port.rate(kinematics))
-        law = element.characteristic.force(program, deflection, rates[element.name])
-        forces[element.name] = program.assign(law + (element.preload or 0))
-        element.port.resist(loads, forces[element.name])
-    generalized_forces = loads.generalized_forces()
+    answers = {element.name: _answer(kinematics, element) for element in mechanism.elements}
+    acting = {element: answers[element.name].force for element in mechanism.elements}
+    generalized_forces = _generalized_forces(kinematics, mechanism, acting)
     duration = time.perf_counter() - start
+    forces = {name: answer.force for name, answer in answers.items()}
     motion = kinematics.accelerations(lambda coordinate: coordinate.acceleration, ZERO)
     measured = Measured(kinematics, motion, forces)
     return EquationsOfMotion(
-        mechanism=mechanism,
+        system=mechanism,
         program=program,
         mass_matrix=matrix,
         bias=tuple(program.let(h) for h in bias.values()),
         generalized_forces=tuple(generalized_forces),
-        element_forces=forces,
-        element_rates=rates,
+        elements=answers,
         outputs={output.name: program.let(output.expression(measured)) for output in mechanism.outputs},
+        energies=tree_energies(
+            kinematics, mechanism, answers, _remaining_forces(kinematics, mechanism, answers)
+        ),
+        singularities=_singularities(kinematics, mechanism.bodies),
         derivation_s=duration,
     )
+
+
+def _answer(kinematics: Kinematics, element: ForceElement) -> ElementAnswer:
+    """Deflection, rate and force of an element, each under a name of the program."""
+    program, preload = kinematics.program, element.preload or sympy.S.Zero
+    deflection = program.assign(element.port.deflection(kinematics))
+    rate = program.assign(element.port.rate(kinematics))
+    force = element.characteristic.force(program, deflection, rate, preload)
+    return ElementAnswer(deflection, rate, program.assign(force))
+
+
+def _generalized_forces(
+    kinematics: Kinematics, mechanism: Mechanism, forces: Mapping[ForceElement, sympy.Expr]
+) -> list[sympy.Expr]:
+    """Generalised forces of the applied loads and of some resisting forces of elements."""
+    loads = Loads(kinematics)
+    for element, force in forces.items():
+        element.port.resist(loads, force)
+    for load in mechanism.applied:
+        vector_of_load = scale(kinematics.program, load.input.position, load.axis)
+        if isinstance(load, AppliedForce):
+            loads.add_force(load.point, load.axes, vector_of_load)
+        else:
+            loads.add_torque(load.body, load.axes, vector_of_load)
+    return loads.generalized_forces()
+
+
+def _remaining_forces(
+    kinematics: Kinematics, mechanism: Mechanism, answers: Mapping[str, ElementAnswer]
+) -> list[sympy.Expr]:
+    """Generalised forces of what has neither an energy nor a dissipation function."""
+    remaining = {}
+    for element in mechanism.elements:
+        answer, preload = answers[element.name], element.preload or sympy.S.Zero
+        law = element.characteristic
+        rest = law.remainder(kinematics.program, answer.deflection, answer.rate, preload)
+        if rest != 0:
+            remaining[element] = rest
+    return _generalized_forces(kinematics, mechanism, remaining)
+
+
+def _singularities(kinematics: Kinematics, bodies: Sequence[Body]) -> dict[str, sympy.Expr]:
+    """For every body on three rotations in a row how far they are from losing a degree of freedom.
+
+    The determinant of their axes, a1 x a2 . R2 a3 with R2 the second rotation: -1 to 1, zero where they are
+    singular; the cosine of the second angle, or its sine, where the axes are those of the frame.
+    """
+    program, found = kinematics.program, {}
+    for body in bodies:
+        if body.joint.rotation_sequence:
+            first, second, third = body.joint.rotation_sequence
+            turned = rotation(program, second.axis, second.coordinate.position).to_parent(program, third.axis)
+            normal = cross(program, first.axis, second.axis)
+            found[body.name] = program.let(dot(normal, turned))
+    return found
 
 
 def _inertial_wrench(kinematics: Kinematics, index: int, motion: Acceleration) -> Wrench:
@@ -75,13 +150,12 @@ def _inertial_wrench(kinematics: Kinematics, index: int, motion: Acceleration) -
     The moment about the mass centre is the integral of r x (D r) dm with D the acceleration's tensor, so it
     follows from D times the second moments of mass J = tr(I)/2 - I.
     """
-    body = kinematics.links[index].body
-    if body is None or not any((body.mass, *body.inertia.components())):
+    program, mass, inertia = kinematics.program, kinematics.mass(index), kinematics.inertia(index)
+    if not any((mass, *inertia.components())):
         return NO_WRENCH
-    program = kinematics.program
     centre = kinematics.mass_centre(index)
-    force = scale(program, body.mass, motion.of_point(program, centre))
-    second = _second_moments(program, body.inertia)
+    force = scale(program, mass, motion.of_point(program, centre))
+    second = _second_moments(program, inertia)
     spin = [
         [sympy.Add(*(d * j for d, j in zip(row, column, strict=True))) for column in second]
         for row in motion.tensor

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 
 import sympy
 
-from chassym.derivation.joint import Coordinate, MechanismError, Step
-from chassym.derivation.kinematics import Kinematics, Wrench, component, to_parent
+from chassym.derivation.errors import MechanismError
+from chassym.derivation.joint import Coordinate, Step
+from chassym.derivation.kinematics import Kinematics
 from chassym.derivation.program import Program
-from chassym.derivation.vector import ZERO, SymmetricTensor, Vector, add, cross, diagonal, scale, unit
+from chassym.derivation.vector import ZERO, SymmetricTensor, Vector, add, cross, scale
+from chassym.derivation.wrench import Wrench, component, to_parent
 
 MassMatrix = tuple[tuple[sympy.Expr, ...], ...]
 
@@ -70,13 +72,10 @@ def _composites(kinematics: Kinematics) -> list[Composite]:
 
 def _own(kinematics: Kinematics, index: int) -> Composite:
     """Mass properties of one link's body about the link's origin."""
-    body, program = kinematics.links[index].body, kinematics.program
-    if body is None:
-        return Composite(sympy.S.Zero, ZERO, diagonal(*ZERO))
-    centre = kinematics.mass_centre(index)
-    first = scale(program, body.mass, centre)
+    program, mass, centre = kinematics.program, kinematics.mass(index), kinematics.mass_centre(index)
+    first = scale(program, mass, centre)
     steiner = parallel_axes(program, centre, ZERO, first)
-    return Composite(body.mass, first, body.inertia.plus(program, steiner))
+    return Composite(mass, first, kinematics.inertia(index).plus(program, steiner))
 
 
 def _seen_from_parent(kinematics: Kinematics, index: int, composite: Composite) -> Composite:
@@ -108,7 +107,7 @@ def _column(
     kinematics: Kinematics, index: int, step: Step, composite: Composite
 ) -> dict[Coordinate, sympy.Expr]:
     """Entries of one coordinate with itself and with every coordinate between it and the ground."""
-    program, axis = kinematics.program, unit(step.axis)
+    program, axis = kinematics.program, step.axis
     if step.is_rotation:
         wrench = Wrench(cross(program, axis, composite.first), composite.inertia.times(program, axis))
     else:

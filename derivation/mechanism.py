@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import sympy
 
-from chassym.derivation.body import Body, Input, Point
-from chassym.derivation.characteristic import Characteristic, Knotted
-from chassym.derivation.joint import Coordinate, Joint, MechanismError, weld
+from chassym.derivation.body import GROUND, AppliedForce, AppliedTorque, Body, Input, Point
+from chassym.derivation.characteristic import Characteristic
+from chassym.derivation.direction import Direction, unit_vector
+from chassym.derivation.element import ForceElement
+from chassym.derivation.errors import MechanismError
+from chassym.derivation.inertia import Inertia, about_mass_centre, check_inertia, inertia_tensor
+from chassym.derivation.joint import Coordinate, Joint
 from chassym.derivation.output import Output
-from chassym.derivation.port import Port
-from chassym.derivation.vector import ZERO, diagonal, vector
+from chassym.derivation.port import Port, TravelPort
+from chassym.derivation.references import references
+from chassym.derivation.table import Knotted
+from chassym.derivation.vector import vector
+
+Place = Sequence[sympy.Expr | float]
+"""Three components of a design position (m)."""
 
 
-@dataclass(frozen=True, eq=False)
-class ForceElement:
-    """A characteristic at a port, with a constant preload on top where it has one."""
-
-    name: str
-    port: Port
-    characteristic: Characteristic
-    preload: sympy.Symbol | None
-
-
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Mechanism:
     """A tree of rigid bodies with what acts on it and what is measured.
+
+    Gravity acts against Z; all frames are parallel to the ground, and all coordinates zero, at the design
+    position.
 
     Examples
     --------
@@ -40,31 +41,43 @@ class Mechanism:
     >>> mechanism = Mechanism("oscillator", gravity=g)
     >>> mass = mechanism.add_body("mass", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=m)
     >>> road = mechanism.add_input("road", "m")
-    >>> travel = TravelPort(mechanism.point("foot", mass, (0, 0, 0)), mechanism.ground, "z", road)
-    >>> spring = mechanism.add_force_element("spring", travel, Linear(k, c))
+    >>> travel = TravelPort(mechanism.point("foot", mass, (0, 0, 0)), mechanism.ground, "z")
+    >>> spring = mechanism.add_force_element("spring", travel.less(road), Linear(k, c))
     >>> equations = derive(mechanism)
     >>> equations.mass_matrix, equations.program.expand(equations.generalized_forces)
     (((m,),), [-c*(-road_rate + z_rate) - k*(-road + z)])
     """
 
     name: str
-    gravity: sympy.Expr
+    gravity: sympy.Expr | float
     bodies: list[Body] = field(default_factory=list, init=False)
     elements: list[ForceElement] = field(default_factory=list, init=False)
+    applied: list[AppliedForce | AppliedTorque] = field(default_factory=list, init=False)
     inputs: list[Input] = field(default_factory=list, init=False)
     outputs: list[Output] = field(default_factory=list, init=False)
     _names: set[str] = field(default_factory=set, init=False)
     _symbols: set[str] = field(default_factory=set, init=False)
 
-    @cached_property
+    def __repr__(self) -> str:
+        counts = (
+            f"{len(self.bodies)} bodies, {len(self.coordinates)} coordinates, {len(self.elements)} elements"
+        )
+        return f"<Mechanism {self.name!r}: {counts}>"
+
+    @property
     def ground(self) -> Body:
         """The inertial frame: Z up."""
-        return Body("ground", None, weld(), ZERO, sympy.S.Zero, ZERO, diagonal(*ZERO))
+        return GROUND
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """Every coordinate, in the order of the bodies and their joints' steps."""
         return tuple(step.coordinate for body in self.bodies for step in body.joint.steps)
+
+    @property
+    def rotation_sequences(self) -> tuple[str, ...]:
+        """Bodies on three rotations in a row, which are singular in some position."""
+        return tuple(body.name for body in self.bodies if body.joint.rotation_sequence)
 
     @property
     def preloads(self) -> tuple[sympy.Symbol, ...]:
@@ -81,73 +94,215 @@ class Mechanism:
         """Every characteristic with knots, by its element's name."""
         return {e.name: e.characteristic for e in self.elements if isinstance(e.characteristic, Knotted)}
 
+    def coordinate(self, name: str) -> Coordinate:
+        """A coordinate by its name.
+
+        Raises
+        ------
+        MechanismError
+            If no joint has it.
+        """
+        found = {coordinate.name: coordinate for coordinate in self.coordinates}
+        if name not in found:
+            raise MechanismError(
+                f"mechanism {self.name!r}: no coordinate {name!r}; there are {', '.join(found) or 'none'}"
+            )
+        return found[name]
+
     def add_body(
         self,
         name: str,
         parent: Body,
         joint: Joint,
-        origin: Sequence[sympy.Expr | float],
+        origin: Place,
         *,
         mass: sympy.Expr | float = 0,
-        mass_centre: Sequence[sympy.Expr | float] | None = None,
-        inertia: Sequence[sympy.Expr | float] = (0, 0, 0),
+        mass_centre: Place | None = None,
+        inertia: Inertia = (0, 0, 0),
+        inertia_about: Place | None = None,
     ) -> Body:
-        """Add a body; mass centre at the joint unless given, inertia as principal moments (x, y, z)."""
-        self._claim(name)
-        if parent is not self.ground and parent not in self.bodies:
-            raise MechanismError(
-                f"body {name!r}: its parent {parent.name!r} is not in mechanism {self.name!r}; add it first"
-            )
-        for step in joint.steps:
-            own = step.coordinate
-            self._claim(own.name, own.position, own.rate, own.acceleration)
-        centre = vector(origin if mass_centre is None else mass_centre)
-        moments = diagonal(*vector(inertia))
-        body = Body(name, parent, joint, vector(origin), sympy.sympify(mass), centre, moments)
-        self.bodies.append(body)
-        return body
+        """Add a body.
 
-    def point(self, name: str, body: Body, position: Sequence[sympy.Expr | float]) -> Point:
-        """A point fixed to a body, by its design position."""
-        if body is not self.ground and body not in self.bodies:
-            raise MechanismError(
-                f"point {name!r}: body {body.name!r} is not in mechanism {self.name!r}; add it first"
-            )
-        return Point(name, body, vector(position))
+        Parameters
+        ----------
+        name
+            Unique in the mechanism.
+        parent
+            The body it hangs on; `ground`, or one added before.
+        joint
+            What it may do relative to its parent.
+        origin
+            Design position of the joint, the origin of the body's frame (m).
+        mass
+            Mass (kg).
+        mass_centre
+            Design position of the mass centre (m); the origin unless given.
+        inertia
+            Principal moments about axes parallel to x, y and z, or the tensor by rows (kg m^2).
+        inertia_about
+            Design position of the point that the inertia is about (m); the mass centre unless given.
 
-    def add_input(self, name: str, unit: str) -> Input:
-        """Add a prescribed motion."""
-        found = Input(name, unit)
-        self._claim(name, found.position, found.rate)
+        Raises
+        ------
+        MechanismError
+            If a name is taken, the parent is not in this mechanism, or no body can have such mass or inertia.
+        """
+        self._check_place_in_tree(name, parent)
+        mass, start = sympy.sympify(mass), vector(origin)
+        if mass.is_number and not (mass.is_finite and mass >= 0):
+            raise MechanismError(f"body {name!r}: mass {mass}; expected a finite number, zero or greater")
+        centre = start if mass_centre is None else vector(mass_centre)
+        about = centre if inertia_about is None else vector(inertia_about)
+        offset = vector([a - b for a, b in zip(about, centre, strict=True)])
+        tensor = about_mass_centre(inertia_tensor(name, inertia), mass, offset)
+        check_inertia(name, tensor)
+        own = [step.coordinate for step in joint.steps]
+        symbols = [symbol for c in own for symbol in (c.position, c.rate, c.acceleration)]
+        self._claim([name, *(c.name for c in own)], symbols)
+        self.bodies.append(Body(name, parent, joint, start, mass, centre, tensor))
+        return self.bodies[-1]
+
+    def point(self, name: str, body: Body, position: Place) -> Point:
+        """A point fixed to a body, by its design position.
+
+        Raises
+        ------
+        MechanismError
+            If the body is not in this mechanism.
+        """
+        found = Point(name, body, vector(position))
+        self._check_references(f"point {name!r}", found)
+        return found
+
+    def add_input(self, name: str, unit: str, description: str = "") -> Input:
+        """Add a prescribed motion, or the command of an actuator in "N" or "N*m"."""
+        found = Input(name, unit, description)
+        self._claim([name], [found.position, found.rate])
         self.inputs.append(found)
         return found
 
     def add_force_element(
         self, name: str, port: Port, characteristic: Characteristic, *, preloaded: bool = False
     ) -> ForceElement:
-        """Add a force law at a port, with the constant force that holds the design position if preloaded."""
-        self._claim(name)
+        """Add a force law at a port, with the constant force that holds the design position if preloaded.
+
+        Raises
+        ------
+        MechanismError
+            If the name is taken, or the port is on something that is not in this mechanism.
+        """
         preload = sympy.Symbol(f"{name}.preload", real=True) if preloaded else None
-        self.elements.append(ForceElement(name, port, characteristic, preload))
-        return self.elements[-1]
+        element = ForceElement(name, port, characteristic, preload)
+        self._check_references(f"force element {name!r}", element)
+        self._claim([name])
+        self.elements.append(element)
+        return element
+
+    def add_bushing(
+        self,
+        name: str,
+        point: Point,
+        frame: Body,
+        laws: Mapping[str, Characteristic],
+        *,
+        preloaded: bool = False,
+    ) -> dict[str, ForceElement]:
+        """Add force laws at one point along the axes of a frame: up to three elements, ``name_x`` and so on.
+
+        Raises
+        ------
+        MechanismError
+            As for `add_force_element`, and for an axis that is not "x", "y" or "z".
+        """
+        return {
+            axis: self.add_force_element(
+                f"{name}_{axis}", TravelPort(point, frame, axis), law, preloaded=preloaded
+            )
+            for axis, law in laws.items()
+        }
+
+    def add_applied_force(self, name: str, point: Point, axis: Direction, axes: Body) -> Input:
+        """Add an input in N: a force on a point along an axis of a body's frame, without a reaction."""
+        what = f"applied force {name!r}: axis"
+        self._check_references(f"applied force {name!r}", (point, axes))
+        return self._add_applied(name, AppliedForce(Input(name, "N"), point, unit_vector(axis, what), axes))
+
+    def add_applied_torque(self, name: str, body: Body, axis: Direction, axes: Body) -> Input:
+        """Add an input in N m: a torque on a body about an axis of a body's frame, without a reaction."""
+        what = f"applied torque {name!r}: axis"
+        self._check_references(f"applied torque {name!r}", (body, axes))
+        return self._add_applied(name, AppliedTorque(Input(name, "N*m"), body, unit_vector(axis, what), axes))
+
+    def _add_applied(self, name: str, load: AppliedForce | AppliedTorque) -> Input:
+        self._claim([name], [load.input.position, load.input.rate])
+        self.inputs.append(load.input)
+        self.applied.append(load)
+        return load.input
 
     def add_output(self, output: Output) -> None:
-        """Add a measured quantity."""
-        self._claim(output.name)
+        """Add a measured quantity.
+
+        Raises
+        ------
+        MechanismError
+            If the name is taken, or it measures something that is not in this mechanism.
+        """
+        self._check_references(f"output {output.name!r}", output)
+        self._claim([output.name])
         self.outputs.append(output)
 
-    def _claim(self, name: str, *symbols: sympy.Symbol) -> None:
-        """Take a part's name, and the names of its symbols in the equations."""
-        if name.startswith("_"):
+    def check(self) -> None:
+        """Refuse what only a finished mechanism shows.
+
+        Raises
+        ------
+        MechanismError
+            If a body that moves carries, with all that hangs on it, neither mass nor inertia.
+        """
+        carrying = set()
+        for body in reversed(self.bodies):
+            if body in carrying or body.mass != 0 or any(body.inertia.components()):
+                carrying.add(body.parent)
+            elif body.joint.steps:
+                raise MechanismError(
+                    f"body {body.name!r} moves and has no mass, nor has anything that hangs on it; give it a "
+                    "mass or inertia, or weld it to its parent"
+                )
+
+    def _check_place_in_tree(self, name: str, parent: Body) -> None:
+        placed = next((body for body in self.bodies if body.name == name), None)
+        if placed is not None and placed.parent is not None and placed.parent is not parent:
             raise MechanismError(
-                f"mechanism {self.name!r}: the name {name!r} begins with an underscore; those are kept for "
-                "intermediate results"
+                f"body {name!r} hangs on {placed.parent.name!r} already; a second joint to {parent.name!r} "
+                "would close a loop, and a mechanism is a tree: close it with a stiff force element"
             )
-        taken = {symbol.name for symbol in symbols} & self._symbols
-        if name in self._names or name == "ground" or taken:
-            double = min(taken, default=name)
-            raise MechanismError(
-                f"mechanism {self.name!r}: the name {double!r} is taken; every part needs its own"
-            )
-        self._names.add(name)
-        self._symbols |= {symbol.name for symbol in symbols}
+        self._check_references(f"body {name!r}", parent)
+
+    def _check_references(self, what: str, part: object) -> None:
+        """Refuse a part that refers to bodies, coordinates, inputs or elements of another mechanism."""
+        known = {Body: [GROUND, *self.bodies], Coordinate: self.coordinates}
+        known |= {Input: self.inputs, ForceElement: [*self.elements, part]}
+        for used in references(part):
+            if not any(used is each or used == each for each in known[type(used)]):
+                kind = type(used).__name__.lower().replace("forceelement", "force element")
+                raise MechanismError(
+                    f"{what}: {kind} {used.name!r} is not in mechanism {self.name!r}; add it first"
+                )
+
+    def _claim(self, names: Sequence[str], symbols: Sequence[sympy.Symbol] = ()) -> None:
+        """Take the names of a part, of what belongs to it and of its symbols: all of them or none."""
+        for name in names:
+            if name.startswith("_"):
+                raise MechanismError(
+                    f"mechanism {self.name!r}: the name {name!r} begins with an underscore; those are kept "
+                    "for intermediate results"
+                )
+        written = [symbol.name for symbol in symbols]
+        for taken, given in (({GROUND.name} | self._names, names), (self._symbols, written)):
+            double = [name for i, name in enumerate(given) if name in taken or name in given[:i]]
+            if double:
+                raise MechanismError(
+                    f"mechanism {self.name!r}: the name {double[0]!r} is taken; every part needs its own"
+                )
+        self._names.update(names)
+        self._symbols.update(written)

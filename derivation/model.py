@@ -7,25 +7,29 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import sympy
 
+from chassym.derivation.compiled_function import BoundFunction
 from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.equilibrium import design_residual, solve_preloads
-from chassym.derivation.mechanism import Mechanism
-from chassym.derivation.numeric import BoundFunction, CompiledEquations
+from chassym.derivation.glossary import Entry, glossary
+from chassym.derivation.numeric import CompiledEquations
 from chassym.derivation.parameters import Parameters
 from chassym.derivation.schema import ParameterError
+from chassym.derivation.singularity import Singularity
+from chassym.derivation.system import System
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A mechanism with numbers.
+    """A system with numbers.
 
     Attributes
     ----------
     parameters
         The variant's parameters.
     compiled
-        The mechanism's functions, shared by all variants.
+        The system's functions, shared by all variants.
     given_preloads
         Preloads by name to use instead of those that hold the design position.
     """
@@ -56,14 +60,19 @@ class Model:
         return replace(self, parameters=self.parameters.scaled(*names, factor=factor))
 
     @property
-    def mechanism(self) -> Mechanism:
-        """Bodies, joints, force elements, inputs and outputs."""
-        return self.compiled.mechanism
+    def system(self) -> System:
+        """Coordinates, inputs and outputs; of a mechanism also bodies and force elements."""
+        return self.compiled.system
 
     @property
     def equations(self) -> EquationsOfMotion:
         """The symbolic equations of motion."""
         return self.compiled.equations
+
+    @cached_property
+    def glossary(self) -> Mapping[sympy.Symbol, Entry]:
+        """For every symbol of the equations its typeset form, unit and description."""
+        return glossary(self.equations, self.parameters)
 
     @cached_property
     def preloads(self) -> Mapping[str, float]:
@@ -80,17 +89,17 @@ class Model:
     @cached_property
     def size(self) -> int:
         """Degrees of freedom."""
-        return len(self.mechanism.coordinates)
+        return len(self.system.coordinates)
 
     @property
     def argument_count(self) -> int:
         """Length of coordinates, rates, accelerations, inputs and input rates together."""
-        return 3 * self.size + 2 * len(self.mechanism.inputs)
+        return 3 * self.size + 2 * len(self.system.inputs)
 
     @property
     def output_names(self) -> list[str]:
         """Names of the outputs, in order."""
-        return [output.name for output in self.mechanism.outputs]
+        return [output.name for output in self.system.outputs]
 
     @cached_property
     def residual(self) -> BoundFunction:
@@ -109,13 +118,36 @@ class Model:
 
     @cached_property
     def outputs(self) -> BoundFunction:
-        """Every output of the mechanism."""
+        """Every output of the system."""
         return self.compiled.outputs.bind(self.values)
 
     @cached_property
     def knot_distances(self) -> BoundFunction:
         """Distance of the rates of tables from their knots."""
         return self.compiled.knot_distances.bind(self.values)
+
+    @cached_property
+    def singularities(self) -> BoundFunction:
+        """Signed distance of every rotation sequence from its singularity."""
+        return self.compiled.singularities.bind(self.values)
+
+    def nearest_singularity(self, arguments: np.ndarray) -> Singularity | None:
+        """The nearest approach to the singularity of a rotation sequence; None if there is no sequence.
+
+        Parameters
+        ----------
+        arguments
+            Coordinates, rates, accelerations, inputs and input rates, shape (arguments, samples), at
+            successive instants: a change of sign between two of them is a passage through the singularity.
+        """
+        bodies = self.system.rotation_sequences
+        if not bodies:
+            return None
+        signed = self.singularities(arguments)
+        distances = np.abs(signed)
+        distances[:, 1:][signed[:, 1:] * signed[:, :-1] < 0] = 0.0
+        row, sample = np.unravel_index(np.nanargmin(distances), distances.shape)
+        return Singularity(bodies[int(row)], float(distances[row, sample]), int(sample))
 
     @cached_property
     def design_residual(self) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""Equations of motion as compiled functions of arrays."""
+"""From equations of motion to compiled functions: what is generated, and what the disk already has."""
 
 from __future__ import annotations
 
-import ctypes
+import difflib
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,129 +13,13 @@ import numpy as np
 import sympy
 
 from chassym.derivation import cache, machine_code
+from chassym.derivation.assembly import Kernel, assembly
+from chassym.derivation.compiled_function import CompiledFunction
 from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.lagrange import derive
-from chassym.derivation.machine_code import LANES, Kernel
-from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.program import Program
 from chassym.derivation.structure import describe
-
-Array = np.ndarray
-_SIGNATURE = ctypes.CFUNCTYPE(
-    None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64
-)
-
-
-@dataclass(frozen=True)
-class CompiledFunction:
-    """A function of the equations' arguments in machine code, for any parameter values.
-
-    Attributes
-    ----------
-    arguments
-        Number of arguments.
-    parameters
-        Names of the parameters it depends on.
-    rows, columns
-        Position of every result in the matrix it stands for; a vector has the columns zero.
-    """
-
-    arguments: int
-    parameters: tuple[str, ...]
-    rows: Array
-    columns: Array
-    _constants: int
-    _prologue: Callable[[int, int, int, int, int], None]
-    _kernel: Callable[[int, int, int, int, int], None]
-    _owner: machine_code.Linked
-
-    def bind(self, values: Mapping[str, float]) -> BoundFunction:
-        """The function for given parameter values.
-
-        Raises
-        ------
-        KeyError
-            If a parameter has no value.
-        """
-        given = np.array([values[name] for name in self.parameters], dtype=float)
-        repeated = np.ascontiguousarray(np.broadcast_to(given[:, None], (len(given), LANES)))
-        constants = np.empty((max(self._constants, 1), LANES))
-        self._prologue(repeated.ctypes.data, 0, constants.ctypes.data, LANES, LANES)
-        return BoundFunction(self, np.ascontiguousarray(constants[:, 0]))
-
-
-class BoundFunction:
-    """A compiled function with its parameter values."""
-
-    def __init__(self, function: CompiledFunction, constants: Array) -> None:
-        self.function = function
-        self._constants = constants
-
-    @property
-    def rows(self) -> Array:
-        """Row of every result in the matrix it stands for."""
-        return self.function.rows
-
-    @property
-    def columns(self) -> Array:
-        """Column of every result in the matrix it stands for."""
-        return self.function.columns
-
-    def __call__(self, arguments: Array) -> Array:
-        """Evaluate for many samples.
-
-        Parameters
-        ----------
-        arguments
-            Coordinates, rates, accelerations, inputs and input rates, shape (arguments, samples).
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (results, samples).
-
-        Raises
-        ------
-        ValueError
-            If the arguments have another shape.
-        """
-        if arguments.ndim != 2 or len(arguments) != self.function.arguments or not arguments.size:
-            raise ValueError(
-                f"arguments: shape {arguments.shape} received; ({self.function.arguments}, samples) is needed"
-            )
-        count = arguments.shape[1]
-        filled = -(-count // LANES) * LANES
-        # An odd number of lane groups per row keeps rows from falling on the same cache lines.
-        stride = filled + LANES * (1 - filled // LANES % 2)
-        padded = np.empty((len(arguments), stride))
-        padded[:, :count] = arguments
-        padded[:, count:] = arguments[:, -1:]
-        results = np.empty((len(self.rows), stride))
-        self.function._kernel(
-            padded.ctypes.data, self._constants.ctypes.data, results.ctypes.data, filled, stride
-        )
-        return results[:, :count]
-
-    def single(self) -> Callable[[Array], Array]:
-        """A function of one sample, shape (arguments,), that reuses its buffers: for inner loops."""
-        arguments = np.zeros((self.function.arguments, LANES))
-        results = np.zeros((len(self.rows), LANES))
-        addresses = arguments.ctypes.data, self._constants.ctypes.data, results.ctypes.data
-        kernel, keep = self.function._kernel, (self._constants, self.function)
-
-        def evaluate(sample: Array) -> Array:
-            arguments[:] = sample[:, None]
-            kernel(*addresses, LANES, LANES)
-            return results[:, 0].copy()
-
-        evaluate.owners = keep  # type: ignore[attr-defined]
-        return evaluate
-
-    def matrix(self, arguments: Array, shape: tuple[int, int]) -> Array:
-        """Evaluate for one sample, shape (arguments,), and put the results in their places."""
-        full = np.zeros(shape)
-        full[self.rows, self.columns] = self(arguments[:, None])[:, 0]
-        return full
+from chassym.derivation.system import System
 
 
 @dataclass(frozen=True)
@@ -158,15 +42,23 @@ def _matrix(rows: Sequence[Sequence[sympy.Expr]]) -> _Results:
 
 
 class CompiledEquations:
-    """The functions of a mechanism, derived and compiled when first asked for, or taken from disk."""
+    """The functions of a system, derived and compiled when first asked for, or taken from disk."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self._jacobians: dict[tuple[str, ...], CompiledFunction] = {}
+
+    def __getstate__(self) -> dict[str, object]:
+        """The system and the functions that are there.
+
+        The equations are derived again where they are needed, and the identity holds on this machine only.
+        """
+        return {name: value for name, value in vars(self).items() if name not in ("equations", "_identity")}
 
     @cached_property
     def equations(self) -> EquationsOfMotion:
         """The equations of motion."""
-        return derive(self.mechanism)
+        return derive(self.system)
 
     @cached_property
     def residual(self) -> CompiledFunction:
@@ -185,54 +77,90 @@ class CompiledEquations:
 
     @cached_property
     def outputs(self) -> CompiledFunction:
-        """Every output of the mechanism."""
+        """Every output of the system."""
         return self._function("outputs", lambda e: _vector(list(e.outputs.values())))
 
     @cached_property
     def knot_distances(self) -> CompiledFunction:
-        """Distance of the rates of tables from their knots."""
+        """Expressions whose change of sign along a motion makes the residual jump or bend."""
         return self._function("knot_distances", lambda e: _vector(e.knot_distances))
+
+    @cached_property
+    def singularities(self) -> CompiledFunction:
+        """Distance of every rotation sequence from its singularity."""
+        return self._function("singularities", lambda e: _vector(list(e.singularities.values())))
 
     @cached_property
     def linearisation(self) -> CompiledFunction:
         """Derivatives of residual and outputs by all arguments, with stated slopes at the knots of tables."""
         return self._function("linearisation", lambda e: _matrix(e.linearisation))
 
-    def _function(self, name: str, choose: Callable[[EquationsOfMotion], _Results]) -> CompiledFunction:
-        def build() -> cache.Entry:
-            return _build(self.equations, choose(self.equations))
+    def jacobian(self, names: Sequence[str]) -> CompiledFunction:
+        """Derivatives of residual and outputs by some arguments or parameters, shape (n + outputs, names).
 
-        identity = self._identity
-        entry = build() if identity is None else cache.fetch(cache.key([name, identity]), build)
-        linked = machine_code.link(entry.object_code, ("constants", "kernel"), f"{name}_{id(self)}")
-        return CompiledFunction(
-            3 * len(self.mechanism.coordinates) + 2 * len(self.mechanism.inputs),
-            entry.parameters,
-            np.array(entry.rows, dtype=int),
-            np.array(entry.columns, dtype=int),
-            entry.constants,
-            _SIGNATURE(linked.addresses["constants"]),
-            _SIGNATURE(linked.addresses["kernel"]),
-            linked,
-        )
+        At a corner of a force law they are the mean of both sides.
+
+        Parameters
+        ----------
+        names
+            Coordinates ("pitch"), rates ("pitch_rate"), accelerations ("pitch_acceleration"), inputs, input
+            rates, parameters ("body.mass") and preloads ("tyre.preload").
+
+        Raises
+        ------
+        ValueError
+            If the equations mention no such name.
+        """
+        chosen = tuple(names)
+        if chosen not in self._jacobians:
+            title = "\0".join(["jacobian", *chosen])
+            self._jacobians[chosen] = self._function(title, lambda e: _matrix(_derivatives(e, chosen)))
+        return self._jacobians[chosen]
+
+    def _function(self, name: str, choose: Callable[[EquationsOfMotion], _Results]) -> CompiledFunction:
+        def build() -> cache.Source:
+            return _generate(self.equations, choose(self.equations))
+
+        processor = machine_code.processor()
+        if self._identity is None:
+            source = build()
+            code = machine_code.compile_assembly(source.assembly)
+        else:
+            source = cache.fetch_source(cache.key([name, self._identity]), build)
+            code = cache.fetch_object_code(
+                source, processor, lambda: machine_code.compile_assembly(source.assembly)
+            )
+        arguments = 3 * len(self.system.coordinates) + 2 * len(self.system.inputs)
+        return CompiledFunction(arguments, cache.Entry(source, processor, code))
 
     @cached_property
     def _identity(self) -> str | None:
-        """The mechanism's structure, and the versions and sources of what makes code of it.
+        """The system's structure, and the versions and sources of what makes code of it.
 
-        None if a class has no source to be read, as one typed at a prompt: its code then goes to no disk.
+        None if a force law cannot be described, or a class has no source to be read, as one typed at a
+        prompt: its code then goes to no disk.
         """
-        described, classes = describe(self.mechanism)
         try:
+            described, classes = describe(self.system)
             modules = {Path(inspect.getfile(c)) for c in classes} | set(Path(__file__).parent.glob("*.py"))
             sources = [path.read_text(encoding="utf-8") for path in sorted(modules)]
-        except (OSError, TypeError):
+            return "\0".join([described, sympy.__version__, np.__version__, *sources])
+        except (OSError, TypeError, ValueError):
             return None
-        return "\0".join([described, sympy.__version__, np.__version__, machine_code.processor(), *sources])
 
 
-def _build(equations: EquationsOfMotion, results: _Results) -> cache.Entry:
-    """Compile expressions: what depends on parameters alone is evaluated once for each parameter set."""
+def _derivatives(equations: EquationsOfMotion, names: Sequence[str]) -> list[list[sympy.Expr]]:
+    """Derivatives of residual and outputs by names, shape (n + outputs, names)."""
+    symbols = {symbol.name: symbol for symbol in (*equations.arguments, *equations.parameters)}
+    for name in names:
+        if name not in symbols:
+            near = ", ".join(difflib.get_close_matches(name, symbols, cutoff=0))
+            raise ValueError(f"names: {name!r} is no argument or parameter of the equations; near: {near}")
+    return equations.jacobian([symbols[name] for name in names])
+
+
+def _generate(equations: EquationsOfMotion, results: _Results) -> cache.Source:
+    """Assembly of expressions: what depends on parameters alone is evaluated once for each parameter set."""
     program = equations.program
     arguments = {symbol: row for row, symbol in enumerate(equations.arguments)}
     fixed, varying = _separate(program, results.entries, arguments)
@@ -245,8 +173,9 @@ def _build(equations: EquationsOfMotion, results: _Results) -> cache.Entry:
     rows = {symbol: row for row, symbol in enumerate(names)}
     prologue = Kernel("constants", rows, {}, {s: fixed[s] for s in needed}, list(constants))
     kernel = Kernel("kernel", arguments, constants, varying, results.entries)
-    code = machine_code.compile_assembly(machine_code.assembly([prologue, kernel]))
-    return cache.Entry(tuple(s.name for s in names), len(constants), results.rows, results.columns, code)
+    packed = cache.pack(assembly([prologue, kernel]))
+    parameters = tuple(symbol.name for symbol in names)
+    return cache.Source(parameters, len(constants), results.rows, results.columns, packed)
 
 
 def _separate(

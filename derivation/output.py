@@ -1,17 +1,23 @@
-"""Outputs: what is measured on a mechanism, each with its name and unit."""
+"""Outputs: what is measured on a mechanism, each with its name and unit.
+
+An axis is "x", "y", "z" or three components, in the axes of the body named `axes` (or `frame`). An observer
+is the body from which the motion is seen.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy
 
-from chassym.derivation.body import Body, Point
+from chassym.derivation.body import GROUND, Body, Point
+from chassym.derivation.direction import Direction, unit_vector
+from chassym.derivation.element import ForceElement
 from chassym.derivation.kinematics import Acceleration, Kinematics
 from chassym.derivation.port import Port
-from chassym.derivation.vector import AXES
+from chassym.derivation.vector import ZERO, Vector, add, cross, dot, scale, subtract
 
 
 @dataclass(frozen=True)
@@ -21,6 +27,21 @@ class Measured:
     kinematics: Kinematics
     accelerations: Sequence[Acceleration]
     forces: Mapping[str, sympy.Expr]
+
+    def angular_velocity(self, body: Body) -> Vector:
+        """Angular velocity of a body relative to the ground, in its own axes."""
+        index = self.kinematics.link_of(body)
+        return ZERO if index is None else self.kinematics.angular_velocity[index]
+
+    def angular_acceleration(self, body: Body) -> Vector:
+        """Angular acceleration of a body relative to the ground, in its own axes."""
+        index = self.kinematics.link_of(body)
+        return ZERO if index is None else self.accelerations[index].angular
+
+    def acceleration(self, body: Body, place: Vector) -> Vector:
+        """Acceleration relative to the ground, in a body's axes, of what is fixed to it at a place."""
+        index = self.kinematics.link_of(body)
+        return ZERO if index is None else self.accelerations[index].of_point(self.kinematics.program, place)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,56 +60,141 @@ class Output(ABC):
         """The quantity in the program's names."""
 
 
+class Directed(Output):
+    """A component of a vector along the output's field `axis`."""
+
+    axis: Direction
+
+    def __post_init__(self) -> None:
+        _ = self.direction
+
+    @property
+    def direction(self) -> Vector:
+        """Unit vector of the axis."""
+        return unit_vector(self.axis, f"output {self.name!r}: axis")
+
+
 @dataclass(frozen=True, eq=False)
-class PointDisplacement(Output):
-    """Displacement of a point from its design position along a ground axis."""
+class PointPosition(Directed):
+    """Position of a point along an axis of a frame, from the frame's origin."""
 
     point: Point
-    axis: str
-    ground: Body
+    axis: Direction
+    frame: Body
+    unit = "m"
+
+    def expression(self, measured: Measured) -> sympy.Expr:
+        """The position (m)."""
+        return dot(self.direction, measured.kinematics.position(self.point, self.frame))
+
+
+@dataclass(frozen=True, eq=False)
+class PointDisplacement(Directed):
+    """Displacement of a point from its design position along an axis of a frame."""
+
+    point: Point
+    axis: Direction
+    frame: Body
     unit = "m"
 
     def expression(self, measured: Measured) -> sympy.Expr:
         """The displacement (m)."""
-        position = measured.kinematics.position(self.point, self.ground)
-        return position[AXES[self.axis]] - self.point.position[AXES[self.axis]]
+        kinematics = measured.kinematics
+        design = subtract(kinematics.program, self.point.position, self.frame.origin)
+        moved = subtract(kinematics.program, kinematics.position(self.point, self.frame), design)
+        return dot(self.direction, moved)
 
 
 @dataclass(frozen=True, eq=False)
-class PointAcceleration(Output):
-    """Acceleration of a point relative to the ground, in the axes of the ground or of its body."""
+class PointVelocity(Directed):
+    """Velocity of a point as an observer sees it, in the axes of a body."""
 
     point: Point
-    axis: str
-    frame: Body
+    axis: Direction
+    axes: Body
+    observer: Body = GROUND
+    unit = "m/s"
+
+    def expression(self, measured: Measured) -> sympy.Expr:
+        """The velocity (m/s)."""
+        kinematics = measured.kinematics
+        seen = kinematics.velocity(self.point, self.observer)
+        return dot(self.direction, kinematics.rotated(seen, self.observer, self.axes))
+
+
+@dataclass(frozen=True, eq=False)
+class PointAcceleration(Directed):
+    """Acceleration of a point as an observer sees it, in the axes of a body: an accelerometer's, say."""
+
+    point: Point
+    axis: Direction
+    axes: Body
+    observer: Body = GROUND
     unit = "m/s^2"
 
     def expression(self, measured: Measured) -> sympy.Expr:
         """The acceleration (m/s^2)."""
         kinematics = measured.kinematics
-        index = kinematics.link_of(self.point.body)
-        if index is None:
-            return sympy.S.Zero
-        own = measured.accelerations[index].of_point(kinematics.program, kinematics.arm(self.point))
-        return kinematics.rotated(own, self.point.body, self.frame)[AXES[self.axis]]
+        own = measured.acceleration(self.point.body, kinematics.arm(self.point))
+        seen = kinematics.rotated(own, self.point.body, self.axes)
+        if self.observer is not GROUND:
+            carried = kinematics.rotated(self._carried(measured, self.observer), self.observer, self.axes)
+            seen = subtract(kinematics.program, seen, carried)
+        return dot(self.direction, seen)
+
+    def _carried(self, measured: Measured, observer: Body) -> Vector:
+        """What the observer's own motion adds: of the place where the point is, and Coriolis' part."""
+        kinematics, program = measured.kinematics, measured.kinematics.program
+        place = measured.acceleration(observer, kinematics.position(self.point, observer))
+        spin, seen = measured.angular_velocity(observer), kinematics.velocity(self.point, observer)
+        return add(program, place, scale(program, sympy.Integer(2), cross(program, spin, seen)))
 
 
 @dataclass(frozen=True, eq=False)
-class AngularVelocity(Output):
-    """Angular velocity of a body relative to the ground, in the axes of the ground or its own."""
+class AngularVelocity(Directed):
+    """Angular velocity of a body as an observer sees it, in the axes of a body."""
 
     body: Body
-    axis: str
-    frame: Body
+    axis: Direction
+    axes: Body
+    observer: Body = GROUND
     unit = "rad/s"
 
     def expression(self, measured: Measured) -> sympy.Expr:
         """The angular velocity (rad/s)."""
         kinematics = measured.kinematics
-        index = kinematics.link_of(self.body)
-        if index is None:
-            return sympy.S.Zero
-        return kinematics.rotated(kinematics.angular_velocity[index], self.body, self.frame)[AXES[self.axis]]
+        seen = kinematics.rotated(measured.angular_velocity(self.body), self.body, self.axes)
+        if self.observer is not GROUND:
+            own = kinematics.rotated(measured.angular_velocity(self.observer), self.observer, self.axes)
+            seen = subtract(kinematics.program, seen, own)
+        return dot(self.direction, seen)
+
+
+@dataclass(frozen=True, eq=False)
+class AngularAcceleration(Directed):
+    """Angular acceleration of a body as an observer sees it, in the axes of a body."""
+
+    body: Body
+    axis: Direction
+    axes: Body
+    observer: Body = GROUND
+    unit = "rad/s^2"
+
+    def expression(self, measured: Measured) -> sympy.Expr:
+        """The angular acceleration (rad/s^2)."""
+        kinematics = measured.kinematics
+        seen = kinematics.rotated(measured.angular_acceleration(self.body), self.body, self.axes)
+        if self.observer is not GROUND:
+            carried = kinematics.rotated(self._carried(measured, self.observer), self.observer, self.axes)
+            seen = subtract(kinematics.program, seen, carried)
+        return dot(self.direction, seen)
+
+    def _carried(self, measured: Measured, observer: Body) -> Vector:
+        """The observer's own angular acceleration, and what its spin adds to the body's."""
+        program, spin = measured.kinematics.program, measured.angular_velocity(observer)
+        total = measured.kinematics.rotated(measured.angular_velocity(self.body), self.body, observer)
+        turning = cross(program, spin, total)
+        return add(program, measured.angular_acceleration(observer), turning)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,12 +214,78 @@ class Deflection(Output):
 
 
 @dataclass(frozen=True, eq=False)
+class DeflectionRate(Output):
+    """Rate of a port's deflection."""
+
+    port: Port
+
+    @property
+    def unit(self) -> str:
+        """Unit of the deflection, over seconds."""
+        return f"{self.port.unit}/s"
+
+    def expression(self, measured: Measured) -> sympy.Expr:
+        """The rate (m/s or rad/s)."""
+        return self.port.rate(measured.kinematics)
+
+
+@dataclass(frozen=True, eq=False)
+class ElementForce(Output):
+    """Resisting force of an element: positive when it acts against a positive deflection."""
+
+    element: ForceElement
+
+    @property
+    def unit(self) -> str:
+        """Unit of the force that works on the deflection."""
+        return self.element.unit
+
+    def expression(self, measured: Measured) -> sympy.Expr:
+        """The force (N or N m)."""
+        return measured.forces[self.element.name]
+
+
+@dataclass(frozen=True, eq=False)
 class ContactForce(Output):
     """Force of a support on an element's point: the opposite of the element's resisting force."""
 
-    element: str
-    unit = "N"
+    element: ForceElement
+
+    @property
+    def unit(self) -> str:
+        """Unit of the force that works on the deflection."""
+        return self.element.unit
 
     def expression(self, measured: Measured) -> sympy.Expr:
         """The force (N)."""
-        return -measured.forces[self.element]
+        return -measured.forces[self.element.name]
+
+
+@dataclass(frozen=True, eq=False)
+class UserOutput(Output):
+    """Any sympy expression of the mechanism's symbols, and of other outputs under symbols of one's own.
+
+    Parameters
+    ----------
+    si_unit
+        SI unit of the formula.
+    formula
+        In coordinates, rates, accelerations, inputs, parameters and the symbols of `quantities`.
+    quantities
+        What else it mentions: an output, added to the mechanism or not, by its symbol.
+    """
+
+    si_unit: str
+    formula: sympy.Expr
+    quantities: Mapping[sympy.Symbol, Output] = field(default_factory=dict)
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return self.si_unit
+
+    def expression(self, measured: Measured) -> sympy.Expr:
+        """The expression in the program's names."""
+        program = measured.kinematics.program
+        values = {s: program.let(output.expression(measured)) for s, output in self.quantities.items()}
+        return program.absorb(sympy.sympify(self.formula).xreplace(values))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import sympy
+from sympy.logic.boolalg import Boolean
 
 Tangent = dict[sympy.Symbol, sympy.Expr]
 
@@ -31,6 +32,7 @@ class Program:
     def __init__(self) -> None:
         self._definitions: dict[sympy.Symbol, sympy.Expr] = {}
         self._names: dict[sympy.Expr, sympy.Symbol] = {}
+        self._absorbed: dict[sympy.Expr, sympy.Expr] = {}
 
     @property
     def definitions(self) -> Mapping[sympy.Symbol, sympy.Expr]:
@@ -46,6 +48,16 @@ class Program:
         if rest.is_Add and rest not in self._names and -rest in self._names:
             coefficient, rest = -coefficient, -rest
         return coefficient * self._name(rest)
+
+    def absorb(self, expression: sympy.Expr) -> sympy.Expr:
+        """Name every part of an expression, inside out, and return the name of the whole."""
+        expression = sympy.sympify(expression)
+        if expression.is_Atom or isinstance(expression, Boolean):
+            return expression
+        if expression not in self._absorbed:
+            rebuilt = expression.func(*map(self.absorb, expression.args))
+            self._absorbed[expression] = self.let(rebuilt) if isinstance(rebuilt, sympy.Expr) else rebuilt
+        return self._absorbed[expression]
 
     def assign(self, expression: sympy.Expr) -> sympy.Symbol:
         """Name an expression by a symbol of its own, even where it is an atom or a multiple of one."""
@@ -108,7 +120,7 @@ class Program:
         stated = stated or {}
         tangents: dict[sympy.Symbol, Tangent] = {v: {v: sympy.S.One} for v in variables}
         for symbol, expression in self.required(results).items():
-            partials = stated.get(symbol) or self._partials(expression, tangents)
+            partials = stated[symbol] if symbol in stated else self._partials(expression, tangents)
             tangents[symbol] = self._accumulate(partials, tangents)
         rows = [self._accumulate(self._partials(sympy.sympify(r), tangents), tangents) for r in results]
         return [[row.get(v, sympy.S.Zero) for v in variables] for row in rows]

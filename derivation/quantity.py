@@ -18,6 +18,8 @@ Value: TypeAlias = float | tuple[float, ...]
 
 _NUMBER = r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|(?:nan|inf)\b)"
 _QUANTITY = re.compile(rf"\s*(?:({_NUMBER})|\[([^\[\]]*)\])\s*(.*?)\s*")
+_NAME = re.compile(r"[A-Za-zµμΩ°%]\w*")
+_NAMED = ("N", "J", "W", "Pa", "V", "ohm", "F", "H", "T")  # SI units with names of their own
 # Only names, "1" and powers with a small whole exponent reach pint, which would try to evaluate m**9**9**9.
 _UNIT = re.compile(
     r"(?:[A-Za-zµμΩ°%]\w*+|1(?!\w)|(?:\*\*|\^)\s*-?\d{1,2}+(?!\w|\s*(?:\^|\*\*|\d))|[\s*/.()])++", re.ASCII
@@ -68,6 +70,38 @@ def shown(value: object) -> str:
     except (ValueError, RecursionError):  # Python does not print whole numbers of thousands of digits
         return "a value too long to print"
     return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def coherent_unit(definition: ParameterDefinition, text: str, origin: str) -> str:
+    """The unit of a text with the SI unit of its dimension for every name in it: N/mm gives N/m.
+
+    Raises
+    ------
+    ParameterError
+        If the text is no quantity, or its unit none.
+    """
+    unit = _split_quantity(definition, text, origin)[1]
+    try:
+        coherent = _NAME.sub(lambda name: _coherent(name[0], alone=name[0] == unit), unit)
+        if unit and (not _UNIT.fullmatch(unit) or _unit_registry().parse_units(unit) is None):
+            raise ValueError("not a product of powers of units")
+    except Exception as error:  # pint's parser lets all kinds through
+        received = f"the unit {shown(unit)} ({error})"
+        raise refusal(origin, definition.name, received, "a unit such as N/mm") from error
+    return coherent or "1"
+
+
+def _coherent(name: str, *, alone: bool) -> str:
+    """The SI unit of the same dimension as a unit of one name; in brackets if it is no name and not alone."""
+    registry = _unit_registry()
+    given = registry.parse_units(name)
+    if "number_meter" in str(given):
+        raise ValueError("known as a count of yarn, in m/g; a moment is N*m")
+    for named in _NAMED:
+        if registry.parse_units(named).dimensionality == given.dimensionality:
+            return named
+    base = f"{registry.Quantity(1, given).to_base_units().units:~C}".replace("**", "^") or "1"
+    return base if alone or base.isalnum() else f"({base})"
 
 
 def _split_quantity(

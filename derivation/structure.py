@@ -1,26 +1,41 @@
-"""A mechanism in words: a text that is equal for equal structures, whatever the parameters' values."""
+"""A system in words: a text that is equal for equal structures, whatever the parameters' values."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 
 import sympy
 
 from chassym.derivation.body import Body, Point
-from chassym.derivation.mechanism import ForceElement, Mechanism
+from chassym.derivation.element import ForceElement
+from chassym.derivation.system import System
 
 
-def describe(mechanism: Mechanism) -> tuple[str, set[type]]:
-    """The structure as text, and the classes whose code gives it its meaning."""
+def describe(system: System) -> tuple[str, set[type]]:
+    """The structure as text, and the classes whose code gives it its meaning.
+
+    Raises
+    ------
+    TypeError
+        If a part is no dataclass, so that what it is made of cannot be told.
+    """
     classes: set[type] = set()
-    parts = [*mechanism.bodies, *mechanism.elements, *mechanism.inputs, *mechanism.outputs]
-    lines = [f"gravity {mechanism.gravity}", *(_fields(part, classes) for part in parts)]
+    lines = [type(system).__qualname__]
+    for public in (f for f in fields(system) if not f.name.startswith("_")):  # type: ignore[arg-type]
+        value = getattr(system, public.name)
+        parts = (
+            [_fields(each, classes) for each in value]
+            if isinstance(value, list)
+            else [_value(value, classes)]
+        )
+        lines += [public.name, *parts]
     return "\n".join(lines), classes
 
 
 def _fields(part: object, classes: set[type]) -> str:
     """A part by its class and fields; other parts inside it by name, points by name, body and place."""
-    classes.add(type(part))
+    classes.update(each for each in type(part).__mro__ if each.__module__ != "builtins")
     listed = ", ".join(f"{f.name}={_value(getattr(part, f.name), classes)}" for f in fields(part))  # type: ignore[arg-type]
     return f"{type(part).__module__}.{type(part).__qualname__}({listed})"
 
@@ -32,8 +47,12 @@ def _value(value: object, classes: set[type]) -> str:
         return f"{value.name}@{value.body.name}{value.position}"
     if isinstance(value, sympy.Basic):
         return sympy.srepr(value)
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_value(k, classes)}: {_value(v, classes)}" for k, v in value.items()) + "}"
     if isinstance(value, tuple | list):
         return "[" + ", ".join(_value(item, classes) for item in value) + "]"
     if is_dataclass(value):
         return _fields(value, classes)
-    return repr(value)
+    if value is None or isinstance(value, str | int | float):
+        return repr(value)
+    raise TypeError(f"{type(value).__qualname__} in a mechanism cannot be described; make it a dataclass")

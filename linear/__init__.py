@@ -4,10 +4,10 @@ from chassym.linear.export import write_mat
 from chassym.linear.frequency_response import FrequencyResponse, frequency_response, heave_response
 from chassym.linear.modes import Mode, UndampedModes, damped_modes, undamped_modes
 from chassym.linear.motion import energy_shares
+from chassym.linear.operating_point import OperatingPointError
 from chassym.linear.state_space import (
     LinearisationError,
     LinearModel,
-    OperatingPointError,
     StateMatrices,
     linearise,
     to_control,

@@ -48,13 +48,15 @@ MOTIONS = (
     Motion(re.compile(r"y"), "lateral", "lateral"),
     Motion(re.compile(r"z|(body_)?bounce"), "bounce", "bounce"),
     Motion(re.compile(r"(front|rear)_torsion"), "body torsion", r"\1 body torsion", along="roll"),
+    Motion(re.compile(r"section_(\d+)_torsion"), "body torsion", r"section \1 body torsion", along="roll"),
     Motion(
-        re.compile(r"(front|rear)_(left|right)_arm_angle"),
+        re.compile(r"(front|rear)_(left|right)_(arm_angle|wheel_bounce)"),
         r"\1 wheel hop",
         r"\1 \2 wheel hop",
         along="bounce",
     ),
     Motion(re.compile(r"(front|rear)_travel"), r"\1 wheel hop", r"\1 wheel hop", along="bounce"),
+    Motion(re.compile(r"(left|right)_wheel_bounce"), "wheel hop", r"\1 wheel hop", along="bounce"),
     Motion(re.compile(r"wheel_bounce"), "wheel hop", "wheel hop"),
 )
 """Words for the coordinates of vehicles; a coordinate that none matches is called by its own name."""
@@ -150,7 +152,7 @@ def _name(linear: LinearModel, shape: Array, group: str) -> str:
     if not carrier:
         return group
     # The sign of the coupling in M tells which way a coordinate moves its mass along the carrier's motion.
-    moves = shape[active] * np.sign(linear.mass[carrier[0], active])
+    moves = shape[active] * np.where(linear.mass[carrier[0], active] < 0, -1.0, 1.0)
     return f"{group}, {'in phase' if (moves[0].conj() * moves[1:]).real.min() > 0 else 'opposite'}"
 
 

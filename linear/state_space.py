@@ -11,20 +11,13 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from chassym.derivation import Model, mean_slope
-from chassym.derivation.characteristic import SlopeRule
-from chassym.derivation.equilibrium import design_residual
+from chassym.derivation.table import SlopeRule
+from chassym.linear.operating_point import check_equilibrium, find_jump
 
 if TYPE_CHECKING:
     import control
 
 Array = np.ndarray
-
-RESIDUAL_TOLERANCE = 1e-6
-"""Largest residual accepted at the design position, relative to the largest force that the preloads hold."""
-
-
-class OperatingPointError(ValueError):
-    """The position to linearise about is not an equilibrium."""
 
 
 class LinearisationError(ValueError):
@@ -65,7 +58,7 @@ class LinearModel:
     Attributes
     ----------
     name
-        The mechanism's name.
+        The system's name.
     mass, damping, stiffness
         M, C, K, shape (n, n).
     input_stiffness, input_damping
@@ -182,9 +175,10 @@ def linearise(model: Model, slope_rule: SlopeRule = mean_slope) -> LinearModel:
     Raises
     ------
     OperatingPointError
-        If the design position is not an equilibrium.
+        If the design position is not an equilibrium, or a rotation sequence is singular there.
     LinearisationError
-        If the slope rule or a derivative gives no finite number.
+        If a force jumps at the design position, as Coulomb's friction does at rest, or the slope rule or a
+        derivative gives no finite number.
 
     Examples
     --------
@@ -196,14 +190,15 @@ def linearise(model: Model, slope_rule: SlopeRule = mean_slope) -> LinearModel:
     array([[356.25,   0.  ],
            [  0.  ,  48.  ]])
     """
-    _check_equilibrium(model)
-    mechanism, n, p = model.mechanism, model.size, len(model.mechanism.inputs)
+    check_equilibrium(model)
+    _check_continuity(model)
+    system, n, p = model.system, model.size, len(model.system.inputs)
     rule = getattr(slope_rule, "__name__", repr(slope_rule))
     slopes = _slopes(model, slope_rule, rule)
     derivatives = np.split(_jacobian(model, slopes), [n])
     dynamics, outputs = (np.split(part, np.cumsum([n, n, n, p]), axis=1) for part in derivatives)
     return LinearModel(
-        name=mechanism.name,
+        name=system.name,
         mass=dynamics[2],
         damping=dynamics[1],
         stiffness=dynamics[0],
@@ -214,12 +209,12 @@ def linearise(model: Model, slope_rule: SlopeRule = mean_slope) -> LinearModel:
         output_by_accelerations=outputs[2],
         output_by_inputs=outputs[3],
         output_by_input_rates=outputs[4],
-        coordinates=tuple(c.name for c in mechanism.coordinates),
-        inputs=tuple(u.name for u in mechanism.inputs),
-        outputs=tuple(y.name for y in mechanism.outputs),
-        coordinate_units=tuple(c.unit for c in mechanism.coordinates),
-        input_units=tuple(u.unit for u in mechanism.inputs),
-        output_units=tuple(y.unit for y in mechanism.outputs),
+        coordinates=tuple(c.name for c in system.coordinates),
+        inputs=tuple(u.name for u in system.inputs),
+        outputs=tuple(y.name for y in system.outputs),
+        coordinate_units=tuple(c.unit for c in system.coordinates),
+        input_units=tuple(u.unit for u in system.inputs),
+        output_units=tuple(y.unit for y in system.outputs),
         slope_rule=rule,
         slopes=slopes,
         residual=model.design_residual,
@@ -254,25 +249,16 @@ def _with_rates(texts: tuple[str, ...], suffix: str) -> tuple[str, ...]:
     return (*texts, *(text + suffix for text in texts))
 
 
-def _check_equilibrium(model: Model) -> None:
-    """The residual against what is left when the preloads are taken away: the weights that they hold."""
-    residual = np.abs(model.design_residual)
-    unloaded = model.values | {symbol.name: 0.0 for symbol in model.mechanism.preloads}
-    accepted = RESIDUAL_TOLERANCE * np.abs(design_residual(model.compiled, unloaded)).max()
-    worst = int(residual.argmax())
-    if not residual[worst] <= accepted:
-        coordinate = model.mechanism.coordinates[worst]
-        unit = "N" if coordinate.unit == "m" else "N m"
-        raise OperatingPointError(
-            f"the design position of {model.mechanism.name!r} is not an equilibrium: {residual[worst]:.3g} "
-            f"{unit} is left on coordinate {coordinate.name!r} and {accepted:.3g} accepted; give no "
-            "preloads, and those that hold the design position are used"
-        )
+def _check_continuity(model: Model) -> None:
+    """At a jump the compiled derivative is that of both sides, which for Coulomb's friction means none."""
+    jump = find_jump(model)
+    if jump is not None:
+        raise LinearisationError(f"{model.system.name!r} cannot be linearised at the design position: {jump}")
 
 
 def _slopes(model: Model, rule: SlopeRule, name: str) -> dict[str, float]:
     """The slope at rest of every element with a table, by the element's name."""
-    laws = model.mechanism.knotted
+    laws = model.system.knotted
     slopes = {element: law.slope(0.0, model.values, rule) for element, law in laws.items()}
     for element, slope in slopes.items():
         if not np.isfinite(slope):
@@ -284,13 +270,13 @@ def _slopes(model: Model, rule: SlopeRule, name: str) -> dict[str, float]:
 
 def _jacobian(model: Model, slopes: Mapping[str, float]) -> Array:
     """Derivatives of residual, then outputs, by q, q', q'', u, u' at the design position, read-only."""
-    symbols = model.mechanism.slopes
+    symbols = model.system.slopes
     values = model.values | {symbols[name].name: slope for name, slope in slopes.items()}
-    shape = model.size + len(model.mechanism.outputs), model.argument_count
+    shape = model.size + len(model.system.outputs), model.argument_count
     jacobian = model.compiled.linearisation.bind(values).matrix(np.zeros(model.argument_count), shape)
     if not np.isfinite(jacobian).all():
         raise LinearisationError(
-            f"a derivative of {model.mechanism.name!r} at the design position is not finite; check its "
+            f"a derivative of {model.system.name!r} at the design position is not finite; check its "
             "parameters"
         )
     jacobian.flags.writeable = False

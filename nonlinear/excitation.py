@@ -72,10 +72,10 @@ class Harmonic:
         ExcitationError
             If the model has no input of a name.
         """
-        names = [u.name for u in model.mechanism.inputs]
+        names = [u.name for u in model.system.inputs]
         for name in self.amplitudes:
             if name not in names:
                 raise ExcitationError(
-                    f"input {name!r}: {model.mechanism.name} has {', '.join(names) or 'no inputs'}"
+                    f"input {name!r}: {model.system.name} has {', '.join(names) or 'no inputs'}"
                 )
         return np.array([self.amplitudes.get(name, 0) for name in names], dtype=complex)

@@ -106,7 +106,7 @@ def _factorised(orbit: Orbit) -> tuple[np.ndarray, np.ndarray]:
         factors = lu_factor(matrix, check_finite=False)
     pivots = np.abs(np.diag(factors[0])).reshape(orbit.model.size, -1).min(axis=1)
     if pivots.min() <= 1e-14 * pivots.max():
-        loose = orbit.model.mechanism.coordinates[int(pivots.argmin())].name
+        loose = orbit.model.system.coordinates[int(pivots.argmin())].name
         raise NoPeriodicOrbitError(
             f"harmonic balance at {orbit.excitation.frequency_hz:g} Hz: nothing holds the mean position, "
             f"about coordinate {loose!r}; give it some stiffness"

@@ -48,10 +48,10 @@ class Reader:
     """Reads the extremes of outputs off an orbit and judges how they moved."""
 
     def __init__(self, model: Model, names: Sequence[str]) -> None:
-        outputs = {output.name: (row, output.unit) for row, output in enumerate(model.mechanism.outputs)}
+        outputs = {output.name: (row, output.unit) for row, output in enumerate(model.system.outputs)}
         for name in names:
             if name not in outputs:
-                raise KeyError(f"output {name!r}: {model.mechanism.name} has {', '.join(outputs)}")
+                raise KeyError(f"output {name!r}: {model.system.name} has {', '.join(outputs)}")
         self.patches = [name for name in outputs if name.endswith("patch_force_z")]
         self.names = [*names, *self.patches]
         self.units = [outputs[name][1] for name in self.names]

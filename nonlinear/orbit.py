@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from chassym.derivation import Model
+from chassym.derivation import Model, Singularity
 from chassym.nonlinear import fourier
 from chassym.nonlinear.excitation import Harmonic
 
@@ -75,6 +75,11 @@ class Orbit:
         return self.with_accelerations(
             fourier.samples(self._motion, count), fourier.samples(self._inputs, count)
         )
+
+    @cached_property
+    def nearest_singularity(self) -> Singularity | None:
+        """The nearest approach to the singularity of a rotation sequence; None if there is no sequence."""
+        return self.model.nearest_singularity(self.arguments(8 * self.harmonics))
 
     def outputs(self, count: int) -> np.ndarray:
         """Every output at equidistant phases of one period, shape (outputs, count)."""

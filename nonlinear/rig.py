@@ -61,7 +61,7 @@ def heave_inputs(model: Model) -> tuple[str, ...]:
     >>> heave_inputs(load_model("half_car"))
     ('front_road', 'rear_road')
     """
-    return tuple(u.name for u in model.mechanism.inputs if _VERTICAL_INPUT.fullmatch(u.name))
+    return tuple(u.name for u in model.system.inputs if _VERTICAL_INPUT.fullmatch(u.name))
 
 
 def _vertical(frequency_hz: float, amplitudes: dict[str, float], lag_s: float) -> Harmonic:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
-from chassym.derivation import Model
+from chassym.derivation import Model, Singularity
 from chassym.nonlinear.excitation import Harmonic
 
 if TYPE_CHECKING:
@@ -49,10 +50,18 @@ class Simulation:
     knots_crossed: int
     evaluations: int
 
+    @cached_property
+    def nearest_singularity(self) -> Singularity | None:
+        """The nearest approach to the singularity of a rotation sequence; None if there is no sequence."""
+        return self.model.nearest_singularity(self._arguments())
+
+    def _arguments(self) -> np.ndarray:
+        return _arguments(self.model, self.excitation, self.time_s, self.states)
+
     def outputs(self) -> np.ndarray:
-        """Every output of the mechanism, shape (outputs, samples)."""
+        """Every output of the system, shape (outputs, samples)."""
         n = self.model.size
-        arguments = _arguments(self.model, self.excitation, self.time_s, self.states)
+        arguments = self._arguments()
         arguments[2 * n : 3 * n] = self.model.accelerations(arguments)
         return self.model.outputs(arguments)
 
@@ -62,7 +71,7 @@ class Simulation:
 
         signals = {
             output.name: ("time", values, {"units": output.unit})
-            for output, values in zip(self.model.mechanism.outputs, self.outputs(), strict=True)
+            for output, values in zip(self.model.system.outputs, self.outputs(), strict=True)
         }
         return xarray.Dataset(signals, coords={"time": ("time", self.time_s, {"units": "s"})})
 
@@ -96,7 +105,7 @@ def simulate(
     ValueError
         If the instants do not increase or the start has another shape.
     SimulationError
-        If the integrator cannot go on.
+        If the integrator cannot go on, or a rotation sequence comes too near its singularity.
     """
     return _Integration(model, excitation, relative_tolerance).run(
         np.asarray(time_s, dtype=float), start, progress
@@ -157,6 +166,7 @@ class _Integration:
                     f"integration stopped at {solver.t:.6g} s: "
                     f"{message or 'the motion is no longer finite'}; check the excitation's amplitude"
                 )
+            self._refuse_singular(solver)
             interpolant, end = solver.dense_output(), solver.t
             passed = self._first_passed(interpolant, sides, solver.t_old, end)
             if passed is not None:
@@ -170,6 +180,13 @@ class _Integration:
                 solver = self._solver(end, interpolant(end), times[-1])
             progress(end)
         return Simulation(self._model, self._excitation, times, states, crossed, self._evaluations)
+
+    def _refuse_singular(self, solver: DOP853) -> None:
+        """Stop where the last step came near, or through, the singularity of a rotation sequence."""
+        ends = np.array([solver.t_old, solver.t]), np.stack([solver.y_old, solver.y], axis=1)
+        near = self._model.nearest_singularity(_arguments(self._model, self._excitation, *ends))
+        if near is not None and near.is_harmful:
+            raise SimulationError(f"integration stopped at {solver.t:.6g} s: {near}")
 
     def _solver(self, time_s: float, state: np.ndarray, end: float) -> DOP853:
         return DOP853(self._rates, time_s, state, end, rtol=self._tolerance, atol=1e-3 * self._tolerance)

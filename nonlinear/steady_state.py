@@ -104,9 +104,10 @@ def steady_state(
     KeyError
         If it lacks an output that is asked for.
     ValueError
-        If the tolerance is not a positive number.
+        If the tolerance is not a positive number, or there is nothing to measure.
     NoPeriodicOrbitError
-        If no periodic orbit is found, or the tolerance not reached.
+        If no periodic orbit is found, the tolerance is not reached, or a rotation sequence comes too near its
+        singularity.
     """
     if not tolerance > 0:
         raise ValueError(f"tolerance: {tolerance!r} received; a positive number is needed")
@@ -122,6 +123,11 @@ def _steady_state(
     start: Orbit | None,
 ) -> SteadyState:
     reader = Reader(model, measured_names(model) if metrics is None else metrics)
+    if not reader.names:
+        raise ValueError(
+            f"metrics: none to measure; {model.system.name} has "
+            f"{', '.join(model.output_names) or 'no outputs'}"
+        )
     low = _low_harmonics(model, excitation, start)
     extension = Extension(low)
     balance, iterations = low, low.iterations
@@ -133,6 +139,7 @@ def _steady_state(
         iterations += balance.iterations
         readings.append(reader.read(balance.orbit))
         if reader.is_settled(readings, tolerance):
+            _refuse_singular(balance.orbit)
             peaks, contact = reader.results(readings[-1], reader.error(readings))
             return SteadyState(balance.orbit, peaks, contact, harmonics, iterations, balance.correction)
     error = reader.error(readings)
@@ -144,9 +151,15 @@ def _steady_state(
     )
 
 
+def _refuse_singular(orbit: Orbit) -> None:
+    near = orbit.nearest_singularity
+    if near is not None and near.is_harmful:
+        raise NoPeriodicOrbitError(f"at {orbit.excitation.frequency_hz:g} Hz {near}")
+
+
 def measured_names(model: Model) -> list[str]:
     """Outputs that a rig test reports: accelerations and angular rates."""
-    return [o.name for o in model.mechanism.outputs if o.unit in ("m/s^2", "rad/s")]
+    return [o.name for o in model.system.outputs if o.unit in ("m/s^2", "rad/s")]
 
 
 def _low_harmonics(model: Model, excitation: Harmonic, start: Orbit | None) -> Balance:

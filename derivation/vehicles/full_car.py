@@ -1,69 +1,46 @@
-"""The car of the reference thesis: three body sections in torsion on four swing arms, 12 degrees of freedom.
+"""The car of the reference thesis: body sections in torsion on four swing arms, 12 degrees of freedom.
 
 X points to the rear, Y to the passenger side (right), Z up; the origin is the centre of the front axle at
 wheel-centre height. Source: Y. Liu, Investigation of Vehicle Body Stiffness Modification on Vehicle Ride
 Comfort and Handling Using a Low-Order Vehicle Model, honors thesis, The Ohio State University, 2016, section
-2.2.
+2.2. More than three body sections are an extension, see `body_sections`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-import sympy
-
 from chassym.derivation.body import Body
-from chassym.derivation.characteristic import DamperTable, Linear
-from chassym.derivation.joint import free, revolute, weld
-from chassym.derivation.mechanism import Mechanism
-from chassym.derivation.output import (
-    AngularVelocity,
-    ContactForce,
-    Deflection,
-    PointAcceleration,
-    PointDisplacement,
-)
+from chassym.derivation.characteristic import Linear
+from chassym.derivation.joint import Joint, free, revolute, weld
+from chassym.derivation.mechanism import Mechanism, Place
 from chassym.derivation.parameters import Parameters
-from chassym.derivation.port import CombinedPort, JointPort, TravelPort
-from chassym.derivation.schema import INCREASING, NONNEGATIVE, POSITIVE, ParameterDefinition, Schema
+from chassym.derivation.port import CombinedPort, JointPort, Port
+from chassym.derivation.quantity import shown
+from chassym.derivation.schema import NONNEGATIVE, POSITIVE, ParameterDefinition, ParameterError, Schema
 from chassym.derivation.symbols import ParameterSymbols
-
-AXLES = ("front", "rear")
-SIDES = {"left": 1, "right": -1}
+from chassym.derivation.vehicles.body_sections import PLACES, Section, SectionedBody
+from chassym.derivation.vehicles.sensors import add_body_sensors
+from chassym.derivation.vehicles.swing_arms import AXLES as AXLES
+from chassym.derivation.vehicles.swing_arms import (
+    MOMENTS,
+    UNSPRUNG_INERTIAS,
+    add_axles,
+    axle_definitions,
+)
 
 
 def _definitions() -> tuple[ParameterDefinition, ...]:
     define = ParameterDefinition
     found = [define("gravity", "m/s^2", POSITIVE)]
-    for section in ("front", "middle", "rear"):
-        found += [define(f"body.{section}.mass", "kg", POSITIVE)]
-        found += [define(f"body.{section}.inertia.{axes}", "kg*m^2", POSITIVE) for axes in ("xx", "yy", "zz")]
-        found += [define(f"body.{section}.mass_centre.{axis}", "m") for axis in "xz"]
+    for place in PLACES:
+        found += [define(f"body.{place}.mass", "kg", POSITIVE)]
+        found += [define(f"body.{place}.inertia.{moment}", "kg*m^2", POSITIVE) for moment in MOMENTS]
+        found += [define(f"body.{place}.mass_centre.{axis}", "m") for axis in "xz"]
     for axle in AXLES:
-        suspension = f"suspension.{axle}"
         found += [
             define(f"body.{axle}.torsion_axis.z", "m"),
             define(f"body.{axle}.torsional_stiffness", "N*m/rad", NONNEGATIVE),
             define(f"body.{axle}.stiffness_proportional_damping", "s", NONNEGATIVE),
-            define(f"axle.{axle}.x", "m"),
-            *(
-                define(f"{suspension}.{place}.{axis}", "m")
-                for place in ("arm_pivot", "wheel_centre", "contact_patch")
-                for axis in "yz"
-            ),
-            define(f"{suspension}.spring.rate", "N/m", POSITIVE),
-            define(f"{suspension}.spring.lever_ratio", "1", POSITIVE),
-            define(f"{suspension}.damper.velocity", "m/s", INCREASING),
-            define(f"{suspension}.damper.force", "N", same_length_as=f"{suspension}.damper.velocity"),
-            define(f"{suspension}.damper.lever_ratio", "1", POSITIVE),
-            define(f"{suspension}.anti_roll_bar.rate", "N/m", NONNEGATIVE),
-            define(f"{suspension}.unsprung.mass", "kg", POSITIVE),
-            *(
-                define(f"{suspension}.unsprung.inertia.{axes}", "kg*m^2", POSITIVE)
-                for axes in ("xx", "yy", "zz")
-            ),
-            *(define(f"tyre.{axle}.stiffness.{axis}", "N/m", NONNEGATIVE) for axis in "xyz"),
-            *(define(f"tyre.{axle}.damping.{axis}", "N*s/m", NONNEGATIVE) for axis in "xyz"),
+            *axle_definitions(axle),
         ]
     return tuple(found)
 
@@ -71,28 +48,31 @@ def _definitions() -> tuple[ParameterDefinition, ...]:
 SCHEMA = Schema(
     "full_car",
     _definitions(),
-    inertias=(
-        *(f"body.{section}.inertia" for section in ("front", "middle", "rear")),
-        *(f"suspension.{axle}.unsprung.inertia" for axle in AXLES),
-    ),
+    inertias=(*(f"body.{place}.inertia" for place in PLACES), *UNSPRUNG_INERTIAS),
 )
 
 
-def full_car(parameters: Parameters) -> Mechanism:
-    """The car on its four actuator pads, free in space."""
+def full_car(parameters: Parameters, sections: int = 3) -> Mechanism:
+    """The car on its four actuator pads, free in space.
+
+    Parameters
+    ----------
+    parameters
+        As `SCHEMA` declares them: of a body in three sections.
+    sections
+        Number of body sections n, three or more; the car has 9 + n degrees of freedom. If n is even, one
+        spring spans the middle of the body, and one of the two torsional stiffnesses has to be positive.
+
+    Raises
+    ------
+    ParameterError
+        If there are fewer sections than three.
+    """
     symbols = ParameterSymbols(parameters)
     car = Mechanism("full_car", symbols("gravity"))
-    middle = car.add_body(
-        "middle_section",
-        car.ground,
-        free(),
-        symbols.vector("body.middle.mass_centre", "xz"),
-        mass=symbols("body.middle.mass"),
-        inertia=[symbols(f"body.middle.inertia.{axes}") for axes in ("xx", "yy", "zz")],
-    )
-    sections = {axle: _end_section(car, symbols, middle, axle) for axle in AXLES}
-    add_corners(car, symbols, sections)
-    _measure_body(car, middle)
+    front, middle, rear = add_body_sections(car, symbols, sections)
+    add_axles(car, symbols, {"front": front, "rear": rear})
+    add_body_sensors(car, car.point("sensor", middle, middle.origin))
     return car
 
 
@@ -104,81 +84,56 @@ def kinematics_and_compliance_rig(parameters: Parameters) -> Mechanism:
     symbols = ParameterSymbols(parameters)
     rig = Mechanism("kinematics_and_compliance_rig", symbols("gravity"))
     held = rig.add_body("body", rig.ground, weld(), (0, 0, 0))
-    add_corners(rig, symbols, dict.fromkeys(AXLES, held))
+    add_axles(rig, symbols, dict.fromkeys(AXLES, held))
     return rig
 
 
-def _end_section(car: Mechanism, symbols: ParameterSymbols, middle: Body, axle: str) -> Body:
-    """The front or rear third of the body, on a torsion spring about the body's X axis."""
-    place = f"body.{axle}"
-    joint = revolute(f"{axle}_torsion", "x")
-    centre = symbols.vector(f"{place}.mass_centre", "xz")
-    section = car.add_body(
-        f"{axle}_section",
-        middle,
+def add_body_sections(car: Mechanism, symbols: ParameterSymbols, count: int) -> tuple[Body, Body, Body]:
+    """The body in sections; returns the front, the free and the rear one.
+
+    The section at index count // 2 is free in space, its origin at the mass centre of the parameters' middle
+    section. Every other one turns against it about the body's X axis: coordinates are the twists relative
+    to the free section, not to the neighbour, so that the mass matrix couples no two of them.
+
+    Raises
+    ------
+    ParameterError
+        If there are fewer sections than three.
+    """
+    if not isinstance(count, int) or count < 3:
+        raise ParameterError(f"sections: received {shown(count)}, expected a whole number, 3 or more")
+    body, middle = SectionedBody(symbols, count), count // 2
+    names = ["front", *(f"section_{i}" for i in range(2, count)), "rear"]
+    sections = body.sections()
+    centre = symbols.vector("body.middle.mass_centre", "xz")
+    free_section = _add_section(car, "middle_section", sections[middle], car.ground, free(), centre)
+    bodies, twists = [free_section] * count, {}
+    for i in (i for i in range(count) if i != middle):
+        name = f"{names[i]}_section" if names[i] in AXLES else names[i]
+        twist, axis = f"{names[i]}_torsion", (sections[i].mass_centre[0], 0, sections[i].axis_height)
+        bodies[i] = _add_section(car, name, sections[i], free_section, revolute(twist, "x"), axis)
+        twists[i] = JointPort(car.coordinate(twist))
+    for i, spring in enumerate(body.springs()):
+        outer, inner = (i, i + 1) if i < middle else (i + 1, i)
+        twist_of_spring = twists[outer] if inner == middle else _difference(twists[outer], twists[inner])
+        law = Linear(spring.stiffness, spring.damping)
+        car.add_force_element(f"{names[outer]}_body_torsion", twist_of_spring, law)
+    return bodies[0], free_section, bodies[-1]
+
+
+def _add_section(
+    car: Mechanism, name: str, section: Section, parent: Body, joint: Joint, origin: Place
+) -> Body:
+    return car.add_body(
+        name,
+        parent,
         joint,
-        (centre[0], 0, symbols(f"{place}.torsion_axis.z")),
-        mass=symbols(f"{place}.mass"),
-        mass_centre=centre,
-        inertia=[symbols(f"{place}.inertia.{axes}") for axes in ("xx", "yy", "zz")],
+        origin,
+        mass=section.mass,
+        mass_centre=section.mass_centre,
+        inertia=section.inertia,
     )
-    stiffness = symbols(f"{place}.torsional_stiffness")
-    torsion = Linear(stiffness, stiffness * symbols(f"{place}.stiffness_proportional_damping"))
-    car.add_force_element(f"{axle}_body_torsion", JointPort(joint.steps[0].coordinate), torsion)
-    return section
 
 
-def add_corners(car: Mechanism, symbols: ParameterSymbols, sections: Mapping[str, Body]) -> None:
-    """Four swing arms with springs, dampers, anti-roll bars and tyres, on the sections that carry them."""
-    for axle in AXLES:
-        travels = [_corner(car, symbols, sections[axle], axle, side) for side in SIDES]
-        bar = CombinedPort(tuple(zip(travels, (1, -1), strict=True)))
-        rate = symbols(f"suspension.{axle}.anti_roll_bar.rate")
-        car.add_force_element(f"{axle}_anti_roll_bar", bar, Linear(rate))
-
-
-def _corner(car: Mechanism, symbols: ParameterSymbols, section: Body, axle: str, side: str) -> TravelPort:
-    """One wheel on its swing arm; returns the travel of the wheel centre in its body section."""
-    corner, place = f"{axle}_{side}", f"suspension.{axle}"
-
-    def hard_point(name: str) -> tuple[sympy.Expr, sympy.Expr, sympy.Expr]:
-        y, z = symbols(f"{place}.{name}.y"), symbols(f"{place}.{name}.z")
-        return symbols(f"axle.{axle}.x"), SIDES[side] * y, z
-
-    arm = car.add_body(
-        f"{corner}_arm",
-        section,
-        revolute(f"{corner}_arm_angle", "x"),
-        hard_point("arm_pivot"),
-        mass=symbols(f"{place}.unsprung.mass"),
-        mass_centre=hard_point("wheel_centre"),
-        inertia=[symbols(f"{place}.unsprung.inertia.{axes}") for axes in ("xx", "yy", "zz")],
-    )
-    centre = car.point(f"{corner}_wheel_centre", arm, hard_point("wheel_centre"))
-    travel = TravelPort(centre, section, "z")
-    wheel_rate = symbols(f"{place}.spring.rate") / symbols(f"{place}.spring.lever_ratio") ** 2
-    car.add_force_element(f"{corner}_spring", travel, Linear(wheel_rate), preloaded=True)
-    velocities, forces = symbols.table(f"{place}.damper.velocity"), symbols.table(f"{place}.damper.force")
-    damper = DamperTable(velocities, forces, symbols(f"{place}.damper.lever_ratio") ** -2)
-    car.add_force_element(f"{corner}_damper", travel, damper)
-    patch = car.point(f"{corner}_contact_patch", arm, hard_point("contact_patch"))
-    for axis in "xyz":
-        pad = car.add_input(f"{corner}_pad_{axis}", "m")
-        tyre = Linear(symbols(f"tyre.{axle}.stiffness.{axis}"), symbols(f"tyre.{axle}.damping.{axis}"))
-        name = f"{corner}_tyre_{axis}"
-        car.add_force_element(name, TravelPort(patch, car.ground, axis, pad), tyre, preloaded=axis == "z")
-        car.add_output(ContactForce(f"{corner}_patch_force_{axis}", name))
-    car.add_output(Deflection(f"{corner}_wheel_travel", travel))
-    car.add_output(PointDisplacement(f"{corner}_wheel_displacement", centre, "z", car.ground))
-    return travel
-
-
-def _measure_body(car: Mechanism, middle: Body) -> None:
-    """The sensors at the middle section's mass centre, in ground axes and in the body's own."""
-    sensor = car.point("sensor", middle, middle.mass_centre)
-    for prefix, frame in (("", car.ground), ("body_axes_", middle)):
-        for axis, direction in zip("xyz", ("longitudinal", "lateral", "vertical"), strict=True):
-            car.add_output(PointAcceleration(f"{prefix}{direction}_acceleration", sensor, axis, frame))
-        for axis, rotation in zip("xyz", ("roll", "pitch", "yaw"), strict=True):
-            car.add_output(AngularVelocity(f"{prefix}{rotation}_rate", middle, axis, frame))
-    car.add_output(PointDisplacement("body_displacement", sensor, "z", car.ground))
+def _difference(first: Port, second: Port) -> Port:
+    return CombinedPort(((first, 1), (second, -1)))

@@ -1,4 +1,14 @@
-"""Half car in the vertical plane: bounce and pitch of the body on two wheels, 4 degrees of freedom."""
+"""Half car in the vertical plane: bounce and pitch of the body on two wheels, 4 degrees of freedom.
+
+The wheels slide along the body's vertical axis, by their travels s. With z_w = z - x pitch + s the height of
+a wheel at x behind the mass centre and h below it, and small angles,
+
+    m z''                        = sum F
+    (I + sum m_w h^2) pitch''    = - sum x F + m g h pitch
+    m_w z_w''                    = - F - k_t (z_w - u) - c_t (z_w' - u')      of each wheel,
+
+with F = k s + c s'. In `ride_model` the wheels slide along the ground's vertical axis and h plays no part.
+"""
 
 from __future__ import annotations
 
@@ -62,9 +72,10 @@ def half_car(parameters: Parameters) -> Mechanism:
         car.add_force_element(f"{axle}_suspension", travel, law, preloaded=True)
         road = car.add_input(f"{axle}_road", "m")
         tyre = Linear(symbols(f"tyre.{axle}.stiffness"), symbols(f"tyre.{axle}.damping"))
-        car.add_force_element(f"{axle}_tyre", TravelPort(point, car.ground, "z", road), tyre, preloaded=True)
+        height = TravelPort(point, car.ground, "z").less(road)
+        element = car.add_force_element(f"{axle}_tyre", height, tyre, preloaded=True)
         car.add_output(Deflection(f"{axle}_wheel_travel", travel))
-        car.add_output(ContactForce(f"{axle}_patch_force_z", f"{axle}_tyre"))
+        car.add_output(ContactForce(f"{axle}_patch_force_z", element))
     sensor = car.point("sensor", body, centre)
     car.add_output(PointAcceleration("vertical_acceleration", sensor, "z", car.ground))
     car.add_output(PointDisplacement("body_displacement", sensor, "z", car.ground))

@@ -1,8 +1,15 @@
-"""Quarter car: a sprung and an unsprung mass above a moving road, 2 degrees of freedom."""
+"""Quarter car: a sprung and an unsprung mass above a moving road, 2 degrees of freedom.
+
+With heights z of body and wheel above the static equilibrium, travel s = z_w - z, a damper's table f and the
+road u,
+
+    m z''     = F
+    m_w z_w'' = - F - k_t (z_w - u) - c_t (z_w' - u'),      F = k s + f(s').
+"""
 
 from __future__ import annotations
 
-from chassym.derivation.characteristic import DamperTable, Linear
+from chassym.derivation.characteristic import Linear
 from chassym.derivation.joint import prismatic
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.output import ContactForce, Deflection, PointAcceleration, PointDisplacement
@@ -10,6 +17,7 @@ from chassym.derivation.parameters import Parameters
 from chassym.derivation.port import CombinedPort, TravelPort
 from chassym.derivation.schema import INCREASING, NONNEGATIVE, POSITIVE, ParameterDefinition, Schema
 from chassym.derivation.symbols import ParameterSymbols
+from chassym.derivation.table import DamperTable
 
 SCHEMA = Schema(
     "quarter_car",
@@ -45,11 +53,11 @@ def quarter_car(parameters: Parameters) -> Mechanism:
     car.add_force_element("spring", travel, Linear(symbols("spring.rate")), preloaded=True)
     table = DamperTable(symbols.table("damper.velocity"), symbols.table("damper.force"))
     car.add_force_element("damper", travel, table)
-    tyre = Linear(symbols("tyre.stiffness"), symbols("tyre.damping"))
-    car.add_force_element("tyre", TravelPort(wheel, car.ground, "z", road), tyre, preloaded=True)
+    law = Linear(symbols("tyre.stiffness"), symbols("tyre.damping"))
+    tyre = car.add_force_element("tyre", heights[0].less(road), law, preloaded=True)
     car.add_output(PointAcceleration("vertical_acceleration", body, "z", car.ground))
     car.add_output(PointDisplacement("body_displacement", body, "z", car.ground))
     car.add_output(PointDisplacement("wheel_displacement", wheel, "z", car.ground))
     car.add_output(Deflection("wheel_travel", travel))
-    car.add_output(ContactForce("patch_force_z", "tyre"))
+    car.add_output(ContactForce("patch_force_z", tyre))
     return car

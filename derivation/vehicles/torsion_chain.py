@@ -36,10 +36,8 @@ def torsion_chain(parameters: Parameters) -> Mechanism:
     chain.add_output(AngularVelocity("middle_roll_rate", middle, "x", chain.ground))
     for end in JOINTS:
         joint = revolute(f"{end}_torsion", "x")
-        section = chain.add_body(
-            end, middle, joint, origin, mass=0, inertia=(symbols(f"inertia.{end}"), 0, 0)
-        )
+        section = chain.add_body(end, middle, joint, origin, inertia=(symbols(f"inertia.{end}"), 0, 0))
         law = Linear(symbols(f"stiffness.{end}"), symbols(f"damping.{end}"))
-        chain.add_force_element(f"{end}_shaft", JointPort(joint.steps[0].coordinate), law)
+        chain.add_force_element(f"{end}_shaft", JointPort(chain.coordinate(f"{end}_torsion")), law)
         chain.add_output(AngularVelocity(f"{end}_roll_rate", section, "x", chain.ground))
     return chain

@@ -1,7 +1,9 @@
 """Ratios of run times of the derivation stage, each measured in one run: `pytest -m benchmark`."""
 
+import subprocess
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -10,6 +12,9 @@ from sympy.core.cache import clear_cache
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 from chassym.derivation import CompiledEquations, Mechanism, Model, derive, load_model, prismatic, revolute
+from chassym.derivation.vehicles.full_car import full_car
+
+from ..derivation.textbook import by_lagrange, lay_out
 
 pytestmark = pytest.mark.benchmark
 
@@ -77,12 +82,92 @@ def test_derivation_against_the_expanded_lagrangian(links: int, capsys: pytest.C
     assert textbook > derivation
 
 
-def test_derivation_of_the_reference_car(sedan: Model, capsys: pytest.CaptureFixture[str]) -> None:
-    """LagrangesMethod takes about 295 s for the same car: too long for a benchmark."""
-    derivation = seconds(lambda: derive(sedan.mechanism))
-    show(capsys, "sedan, derivation of M, h, Q and outputs (s)", derivation)
-    show(capsys, "sedan, 295 s of LagrangesMethod over it", 295 / derivation)
-    assert derivation < 29.5, "at least ten times faster, on however busy a machine"
+def test_reference_car_against_lagranges_method(sedan: Model, capsys: pytest.CaptureFixture[str]) -> None:
+    """M and h by LagrangesMethod over M, h and all forces by `derive`, in one run; it takes minutes.
+
+    LagrangesMethod gets the same car by frames, points and rigid bodies, without springs, dampers and tyres.
+    """
+    derivation = seconds(lambda: derive(sedan.system), 3)
+    start = time.perf_counter()
+    found = by_lagrange(lay_out(sedan.system, own_rates=False))
+    textbook = time.perf_counter() - start
+    own = derive(sedan.system).operations["mass_matrix_and_bias"]
+    shared, results = sympy.cse([*found.mass_matrix, *found.forcing])
+    common = sympy.count_ops([expression for _, expression in shared]) + sympy.count_ops(results)
+    show(capsys, "sedan, M, h, forces, energies and outputs by derive (s)", derivation)
+    show(capsys, "sedan, M and h by LagrangesMethod (s)", textbook)
+    show(capsys, "sedan, time of LagrangesMethod over time of derive", textbook / derivation)
+    show(capsys, "sedan, operations of M and h, LagrangesMethod with cse over derive", common / own)
+    assert textbook > 300 * derivation
+    assert common > own
+
+
+SECTIONS = (3, 6, 12, 24, 48)
+
+
+def exponent(sizes: Sequence[int], values: Sequence[float]) -> float:
+    """Slope of a line through the logarithms."""
+    return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
+
+
+def test_growth_with_the_body_sections(sedan: Model, capsys: pytest.CaptureFixture[str]) -> None:
+    """Time and operations against degrees of freedom, from 12 to 57."""
+    sizes, times, matrix, right = [], [], [], []
+    for sections in SECTIONS:
+        mechanism = full_car(sedan.parameters, sections=sections)
+        sizes.append(len(mechanism.coordinates))
+        times.append(seconds(lambda mechanism=mechanism: derive(mechanism), 2))
+        operations = derive(mechanism).operations
+        matrix.append(operations["mass_matrix_and_bias"])
+        right.append(operations["right_hand_side"])
+        show(capsys, f"{sections} sections, {sizes[-1]} degrees of freedom, time (s)", times[-1])
+        show(capsys, f"{sections} sections, operations of M and h, and of the right-hand side", matrix[-1])
+        show(capsys, f"{sections} sections, operations of the right-hand side", right[-1])
+    for name, values in (("time", times), ("operations of M and h", matrix), ("right-hand side", right)):
+        show(capsys, f"exponent of {name} over degrees of freedom", exponent(sizes, values))
+    assert max(exponent(sizes, matrix), exponent(sizes, right)) < 2.3
+
+
+def test_growth_of_a_serial_chain(capsys: pytest.CaptureFixture[str]) -> None:
+    """The other extreme: every coordinate is coupled to every other one."""
+    sizes, times, matrix, right = [], [], [], []
+    for links in (4, 8, 16, 32):
+        mechanism = pendulum(links)
+        sizes.append(links + 1)
+        times.append(seconds(lambda mechanism=mechanism: derive(mechanism), 2))
+        operations = derive(mechanism).operations
+        matrix.append(operations["mass_matrix_and_bias"])
+        right.append(operations["right_hand_side"])
+    for name, values in (("time", times), ("operations of M and h", matrix), ("right-hand side", right)):
+        show(capsys, f"cart with pendulums, exponent of {name}", exponent(sizes, values))
+    assert exponent(sizes, matrix) < 2.3
+
+
+LAGRANGES_METHOD = """
+from chassym.derivation import load_model
+from tests.derivation.textbook import by_lagrange, lay_out
+by_lagrange(lay_out(load_model("{vehicle}").system, own_rates=False))
+"""
+
+
+def test_growth_of_lagranges_method(pytestconfig: pytest.Config, capsys: pytest.CaptureFixture[str]) -> None:
+    """As far as it gets in five minutes, vehicle by vehicle, each in a process that can be stopped."""
+    left, sizes, times = 300.0, [], []
+    for vehicle in ("half_car", "ride_model", "rigid_sedan", "sedan"):
+        degrees = len(load_model(vehicle).system.coordinates)
+        name = f"LagrangesMethod, {vehicle}, {degrees} degrees of freedom"
+        start = time.perf_counter()
+        try:
+            code = LAGRANGES_METHOD.format(vehicle=vehicle)
+            subprocess.run([sys.executable, "-c", code], cwd=pytestconfig.rootpath, timeout=left, check=True)
+        except subprocess.TimeoutExpired:
+            show(capsys, f"{name}: not finished in (s)", left)
+            break
+        sizes.append(degrees)
+        times.append(time.perf_counter() - start)
+        left -= times[-1]
+        show(capsys, f"{name}, time with imports (s)", times[-1])
+    show(capsys, "LagrangesMethod, exponent of time over degrees of freedom", exponent(sizes, times))
 
 
 def test_cache_against_building(
@@ -152,7 +237,7 @@ def test_compilation_against_derivation(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("CHASSYM_CACHE_DIR", str(tmp_path_factory.mktemp("empty")))
-    compiled = CompiledEquations(load_model("sedan").mechanism)
+    compiled = CompiledEquations(load_model("sedan").system)
     derivation = seconds(lambda: compiled.equations, 1)
     for function in ("accelerations", "outputs", "residual_jacobian", "linearisation"):
         taken = seconds(lambda function=function: getattr(compiled, function), 1)

@@ -430,7 +430,7 @@ def test_equations_as_json(answer):
 def test_equations_of_small_models_are_written_out(run):
     status, out, err = run("equations", "quarter_car")
     assert (status, err) == (0, "")
-    body, wheel = (coordinate.name for coordinate in load_model("quarter_car").mechanism.coordinates)
+    body, wheel = (coordinate.name for coordinate in load_model("quarter_car").system.coordinates)
     assert f"M[{wheel}, {wheel}] = unsprung.mass\n" in out
     assert f"f[{body}] = F_damper + F_spring - gravity*sprung.mass\n" in out
     assert max(map(len, out.splitlines())) <= 80

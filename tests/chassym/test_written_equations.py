@@ -1,12 +1,14 @@
 """Equations as they are printed: read back and solved, they give the accelerations of the machine code."""
 
+import json
 import re
 
 import numpy as np
 import pytest
 
+from chassym.cli import main
 from chassym.derivation import load_model
-from chassym.written_equations import written_equations
+from chassym.written_equations import SHORT, written_energies, written_equations
 
 FUNCTIONS = {"cos": np.cos, "sin": np.sin, "Max": max}
 
@@ -18,7 +20,10 @@ def evaluated(text, values):
     return eval(code, {"__builtins__": {}}, FUNCTIONS | {"values": values})
 
 
-@pytest.mark.parametrize("vehicle", ["quarter_car", "half_car", "torsion_chain"])
+SMALL = ("quarter_car", "half_car", "half_car_roll", "torsion_chain")
+
+
+@pytest.mark.parametrize("vehicle", SMALL)
 def test_printed_equations_give_the_accelerations(vehicle):
     model = load_model(vehicle)
     arguments = np.random.default_rng(1).uniform(-0.3, 0.3, model.argument_count)
@@ -41,3 +46,68 @@ def test_every_name_is_explained():
     equations = dict(written_equations(load_model("half_car").equations))
     mentioned = {name for text in equations.values() for name in re.findall(r"\b[Fv]_\w+", text)}
     assert mentioned == {name for name in equations if not name.startswith(("M[", "f["))}
+
+
+@pytest.mark.parametrize("vehicle", SMALL)
+def test_printed_energies_are_short_and_those_of_the_equations(vehicle):
+    model = load_model(vehicle)
+    arguments = np.random.default_rng(2).uniform(-0.3, 0.3, model.argument_count)
+    names = [symbol.name for symbol in model.equations.arguments]
+    values = model.values | dict(zip(names, arguments.tolist(), strict=True))
+    equations = model.equations
+    energies = dict(
+        zip("TVD", (equations.kinetic_energy, equations.potential_energy, equations.dissipation), strict=True)
+    )
+    for name, text in written_energies(equations):
+        assert len(text) <= SHORT
+        numbers = {symbol: values[symbol.name] for symbol in energies[name].free_symbols}
+        assert evaluated(text, values) == pytest.approx(float(energies[name].xreplace(numbers)), rel=1e-9)
+
+
+def test_energies_of_large_models_are_not_printed():
+    assert list(written_energies(load_model("sedan").equations)) == []
+
+
+def test_energies_stand_before_the_equations(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["equations", "torsion_chain"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "V = front_torsion**2*stiffness.front/2 + rear_torsion**2*stiffness.rear/2\n" in out
+    assert out.index("T = ") < out.index("D = ") < out.index("M[")
+    assert max(map(len, out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("vehicle", ["quarter_car", "sedan"])
+def test_an_article_is_written(vehicle, capsys, tmp_path):
+    path = tmp_path / "equations.tex"
+    path.write_text("something older")
+    assert main(["equations", vehicle, "--latex", str(path)]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "equations.tex" in out
+    article = path.read_text(encoding="utf-8")
+    assert article.startswith(r"\documentclass{article}")
+    entries = load_model(vehicle).glossary
+    assert any(entry.latex in article and entry.description in article for entry in entries.values())
+    assert [each.name for each in tmp_path.iterdir()] == ["equations.tex"]
+
+
+def test_an_article_beside_json_changes_nothing_there(capsys, tmp_path):
+    path = tmp_path / "equations.tex"
+    assert main(["equations", "quarter_car", "--json", "--latex", str(path)]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer.keys() == {"degrees_of_freedom", "operations", "derivation_s"}
+    assert path.exists()
+
+
+def test_articles_that_cannot_be_written_are_refused(capsys, tmp_path):
+    (tmp_path / "folder.tex").mkdir()
+    (tmp_path / "file").touch()
+    missing, below = tmp_path / "missing" / "a.tex", tmp_path / "file" / "a.tex"
+    for path in ("equations.pdf", "", missing, below, tmp_path / "folder.tex"):
+        assert main(["equations", "quarter_car", "--latex", str(path)]) == 2
+        out, err = capsys.readouterr()
+        assert (out, err.count("\n")) == ("", 1)
+        assert all(each in err for each in ("--latex", repr(str(path))))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.tex"]

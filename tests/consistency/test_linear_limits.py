@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from chassym.derivation import Model, mean_slope
-from chassym.derivation.characteristic import SlopeRule
+from chassym.derivation.table import SlopeRule
 from chassym.linear import LinearModel, frequency_response, linearise
 
 VEHICLES = ["sedan", "quarter_car", "half_car", "torsion_chain"]
@@ -122,7 +122,7 @@ def test_deviation_from_the_nonlinear_equations_is_of_second_order(smooth: Model
     np.testing.assert_allclose(left[4e-4][curved] / left[2e-4][curved], 4, rtol=0.05)
     assert (left[4e-4] < 1e-2 * first_order).all()
     # All of the quarter car moves along one line: nothing in it is curved.
-    assert curved.sum() > 5 or smooth.mechanism.name == "quarter_car"
+    assert curved.sum() > 5 or smooth.system.name == "quarter_car"
 
 
 def test_simulation_at_small_amplitude_settles_on_the_frequency_response(quarter_car: Model) -> None:

@@ -115,7 +115,7 @@ class Engine:
         self.engine = mujoco.MjModel.from_xml_string(mjcf(self.model))
         self.data = mujoco.MjData(self.engine)
         self.values = self.model.values
-        self.columns = [self.engine.joint(c.name).dofadr[0] for c in self.model.mechanism.coordinates]
+        self.columns = [self.engine.joint(c.name).dofadr[0] for c in self.model.system.coordinates]
 
     def move_to(self, position: Array, rate: Array, pads: Array, pad_rates: Array) -> None:
         """Set the state, work out all forces and then the accelerations; pads have shape (4, 3)."""
@@ -214,8 +214,8 @@ class Engine:
 
 def random_arguments(model: Model, generator: np.random.Generator, scale: float) -> Array:
     """Draw coordinates, rates, no accelerations, pads and pad rates; shape (arguments, states)."""
-    limits = np.array([RANGES[c.unit] for c in model.mechanism.coordinates]) * scale
-    n, m = len(limits), len(model.mechanism.inputs)
+    limits = np.array([RANGES[c.unit] for c in model.system.coordinates]) * scale
+    n, m = len(limits), len(model.system.inputs)
     low_high = np.concatenate(
         [limits[:, 0], limits[:, 1], np.zeros(n), np.full(m, 0.1 * scale), np.full(m, scale)]
     )
@@ -234,7 +234,7 @@ class Comparison:
 
 def compare(model: Model, table_force: TableForce, scale: float) -> Comparison:
     arguments = random_arguments(model, np.random.default_rng(20), scale)
-    n, m = model.size, len(model.mechanism.inputs)
+    n, m = model.size, len(model.system.inputs)
     arguments[2 * n : 3 * n] = model.accelerations(arguments)
     engine, expected, outputs = Engine(model, table_force), [], []
     for state in arguments.T:

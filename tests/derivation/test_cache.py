@@ -3,10 +3,13 @@
 import dataclasses
 import json
 import os
+import pickle
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -22,6 +25,7 @@ from chassym.derivation import (
     TravelPort,
     cache,
     load_model,
+    machine_code,
     numeric,
     prismatic,
     revolute,
@@ -29,7 +33,7 @@ from chassym.derivation import (
 from chassym.derivation.characteristic import Characteristic
 from chassym.derivation.program import Program
 
-ENTRY = cache.Entry(("m", "k"), 2, (0, 1), (0, 0), bytes(range(256)))
+SOURCE = cache.Source(("m", "k"), 2, (0, 1), (0, 0), cache.pack("define void @kernel()"))
 
 
 @pytest.fixture
@@ -40,37 +44,88 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return place
 
 
-def never() -> cache.Entry:
+def never() -> NoReturn:
     raise AssertionError("built again")
 
 
-def is_built(name: str = "entry") -> bool:
-    """Tell whether an entry has to be built; it is right either way."""
+def is_generated(name: str = "entry") -> bool:
+    """Tell whether a source has to be generated; it is right either way."""
     built = []
 
-    def build() -> cache.Entry:
+    def build() -> cache.Source:
         built.append(True)
-        return ENTRY
+        return SOURCE
 
-    assert cache.fetch(name, build) == ENTRY
+    assert cache.fetch_source(name, build) == SOURCE
     return bool(built)
+
+
+def is_compiled() -> bool:
+    """Tell whether object code has to be made; it is right either way."""
+    built = []
+
+    def build() -> bytes:
+        built.append(True)
+        return bytes(range(256))
+
+    assert cache.fetch_object_code(SOURCE, "processor", build) == bytes(range(256))
+    return bool(built)
+
+
+LEVELS = pytest.mark.parametrize("is_built", [is_generated, is_compiled])
+Level = Callable[[], bool]
 
 
 # Entries on the disk
 
 
-def test_an_entry_comes_back_as_it_was(folder: Path) -> None:
-    assert is_built()
-    assert cache.fetch("entry", never) == ENTRY
-    assert [path.name for path in folder.iterdir()] == ["entry.json"]
+def test_a_source_comes_back_as_it_was(folder: Path) -> None:
+    assert is_generated()
+    found = cache.fetch_source("entry", never)
+    assert found == SOURCE
+    assert found.assembly == "define void @kernel()"
+    assert [path.name for path in folder.iterdir()] == ["entry.source.json"]
+
+
+def test_object_code_comes_back_as_it_was(folder: Path) -> None:
+    assert is_compiled()
+    assert cache.fetch_object_code(SOURCE, "processor", never) == bytes(range(256))
+    (path,) = folder.iterdir()
+    assert path.name.endswith(".code.json")
 
 
 def test_names_are_kept_apart(folder: Path) -> None:
-    other = dataclasses.replace(ENTRY, object_code=b"other")
-    cache.fetch("one", lambda: ENTRY)
-    cache.fetch("two", lambda: other)
-    assert cache.fetch("one", never) == ENTRY
-    assert cache.fetch("two", never) == other
+    other = dataclasses.replace(SOURCE, constants=7)
+    cache.fetch_source("one", lambda: SOURCE)
+    cache.fetch_source("two", lambda: other)
+    assert cache.fetch_source("one", never) == SOURCE
+    assert cache.fetch_source("two", never) == other
+
+
+def test_object_code_is_kept_by_source_and_processor(folder: Path) -> None:
+    other = dataclasses.replace(SOURCE, packed=cache.pack("define void @other()"))
+    cases = [(SOURCE, "one"), (SOURCE, "two"), (other, "one"), (other, "two")]
+    for number, case in enumerate(cases):
+        cache.fetch_object_code(*case, lambda number=number: bytes([number]))
+    assert [cache.fetch_object_code(*case, never) for case in cases] == [bytes([n]) for n in range(4)]
+
+
+def test_a_source_under_the_name_of_another_is_refused(folder: Path) -> None:
+    other = dataclasses.replace(SOURCE, constants=9)
+    cache.fetch_source("one", lambda: SOURCE)
+    (folder / "two.source.json").write_bytes((folder / "one.source.json").read_bytes())
+    assert cache.fetch_source("two", lambda: other) == other
+    assert cache.fetch_source("two", never) == other
+
+
+def test_object_code_under_the_name_of_another_is_refused(folder: Path) -> None:
+    cache.fetch_object_code(SOURCE, "one", lambda: b"one")
+    (first,) = folder.iterdir()
+    cache.fetch_object_code(SOURCE, "two", lambda: b"two")
+    (second,) = set(folder.iterdir()) - {first}
+    second.write_bytes(first.read_bytes())
+    assert cache.fetch_object_code(SOURCE, "two", lambda: b"again") == b"again"
+    assert cache.fetch_object_code(SOURCE, "two", never) == b"again"
 
 
 def changed_entry(data: bytes, **changes: object) -> bytes:
@@ -98,7 +153,7 @@ DAMAGE: dict[str, Callable[[bytes], bytes]] = {
     "numbers for text": lambda data: b'{"checksum": 1, "entry": 2}',
     "null for text": lambda data: b'{"checksum": null, "entry": null}',
     "wrong checksum": lambda data: data.replace(b'"checksum": "', b'"checksum": "0'),
-    "changed code": lambda data: changed_entry(data, object_code="AAAA"),
+    "changed code": lambda data: changed_entry(data, object_code="AAAA", packed="AAAA"),
     "changed constants": lambda data: changed_entry(data, constants=3),
     "changed rows": lambda data: changed_entry(data, rows=[1, 0]),
     "twice": lambda data: data + data,
@@ -106,31 +161,38 @@ DAMAGE: dict[str, Callable[[bytes], bytes]] = {
 }
 
 
+@LEVELS
 @pytest.mark.parametrize("kind", DAMAGE)
-def test_damage_is_noticed_and_mended(folder: Path, kind: str) -> None:
+def test_damage_is_noticed_and_mended(folder: Path, kind: str, is_built: Level) -> None:
     assert is_built()
-    path = folder / "entry.json"
+    (path,) = folder.iterdir()
     path.write_bytes(DAMAGE[kind](path.read_bytes()))
     assert is_built()
     assert not is_built()
 
 
-def test_a_folder_in_the_place_of_the_file(folder: Path) -> None:
-    (folder / "entry.json").mkdir(parents=True)
+@LEVELS
+def test_a_folder_in_the_place_of_the_file(folder: Path, is_built: Level) -> None:
     assert is_built()
-    assert [path.name for path in folder.iterdir()] == ["entry.json"]
+    (path,) = folder.iterdir()
+    path.unlink()
+    path.mkdir()
+    assert is_built()
+    assert list(folder.iterdir()) == [path]
 
 
-def test_a_file_in_the_place_of_the_folder(folder: Path) -> None:
+@LEVELS
+def test_a_file_in_the_place_of_the_folder(folder: Path, is_built: Level) -> None:
     folder.parent.mkdir(parents=True)
     folder.write_text("in the way")
     assert is_built()
     assert folder.read_text() == "in the way"
 
 
+@LEVELS
 @pytest.mark.parametrize("operation", ["mkstemp", "fdopen", "replace"])
 def test_a_disk_that_cannot_be_written_to(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, operation: str
+    folder: Path, monkeypatch: pytest.MonkeyPatch, operation: str, is_built: Level
 ) -> None:
     """Read-only, full or failing: the function is built, and no half-written file stays behind."""
 
@@ -144,8 +206,9 @@ def test_a_disk_that_cannot_be_written_to(
     assert not list(folder.iterdir())
 
 
+@LEVELS
 @pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="permissions do not bind this user")
-def test_a_folder_without_permissions(folder: Path) -> None:
+def test_a_folder_without_permissions(folder: Path, is_built: Level) -> None:
     folder.mkdir(parents=True)
     folder.chmod(0o500)
     try:
@@ -155,12 +218,37 @@ def test_a_folder_without_permissions(folder: Path) -> None:
 
 
 def test_a_failing_build_leaves_nothing_behind(folder: Path) -> None:
-    def fail() -> cache.Entry:
+    def fail() -> NoReturn:
         raise ArithmeticError("no such function")
 
     with pytest.raises(ArithmeticError, match="no such function"):
-        cache.fetch("entry", fail)
+        cache.fetch_source("entry", fail)
+    with pytest.raises(ArithmeticError, match="no such function"):
+        cache.fetch_object_code(SOURCE, "processor", fail)
     assert not folder.exists()
+
+
+@LEVELS
+def test_a_user_without_a_home(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, is_built: Level) -> None:
+    """It costs the caching and nothing else."""
+
+    def refuse() -> NoReturn:
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in ("CHASSYM_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(cache.Path, "home", refuse)
+    assert is_built()
+    assert is_built()
+
+
+@LEVELS
+def test_threads_at_once(folder: Path, is_built: Level) -> None:
+    """All of them get the right entry, and one whole file is left."""
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda _: is_built(), range(64)))
+    assert not is_built()
+    assert len(list(folder.iterdir())) == 1
 
 
 def test_the_folder_is_the_one_given_or_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -192,10 +280,118 @@ def test_the_second_use_neither_derives_nor_compiles(
     def refuse(*_: object) -> None:
         raise AssertionError("built again")
 
-    for name in ("_build", "derive"):
+    for name in ("_generate", "derive"):
         monkeypatch.setattr(numeric, name, refuse)
-    monkeypatch.setattr(numeric.machine_code, "compile_assembly", refuse)
+    monkeypatch.setattr(machine_code, "compile_assembly", refuse)
     assert np.array_equal(accelerations(arguments), first)
+
+
+def test_derivatives_by_name_come_from_disk_as_well(
+    folder: Path, arguments: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def derivatives() -> np.ndarray:
+        car = load_model("quarter_car")
+        return car.compiled.jacobian(["sprung.mass", "road"]).bind(car.values)(arguments)
+
+    first = derivatives()
+    monkeypatch.setattr(numeric, "_generate", never)
+    monkeypatch.setattr(machine_code, "compile_assembly", never)
+    assert np.array_equal(derivatives(), first)
+
+
+def test_on_another_processor_it_is_compiled_and_not_derived(
+    folder: Path, arguments: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = accelerations(arguments)
+    compiled = []
+    compile_assembly = machine_code.compile_assembly
+    monkeypatch.setattr(machine_code, "processor", lambda: "another processor")
+    monkeypatch.setattr(
+        machine_code, "compile_assembly", lambda text: compiled.append(text) or compile_assembly(text)
+    )
+    with monkeypatch.context() as patch:
+        patch.setattr(numeric, "derive", never)
+        assert np.array_equal(accelerations(arguments), first)
+        assert compiled
+        count = len(compiled)
+        assert np.array_equal(accelerations(arguments), first)
+    assert len(compiled) == count
+
+
+# Functions that travel
+
+
+def pickled(car: Model) -> bytes:
+    return pickle.dumps((car, car.compiled.residual))
+
+
+def test_a_pickled_model_neither_derives_nor_compiles(
+    quarter_car: Model, arguments: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The whole graph at once: shared parts stay shared."""
+    expected = quarter_car.accelerations(arguments)
+    data = pickled(quarter_car)
+    for name in ("_generate", "derive"):
+        monkeypatch.setattr(numeric, name, never)
+    monkeypatch.setattr(machine_code, "compile_assembly", never)
+    monkeypatch.setattr(cache, "directory", never)
+    car, residual = pickle.loads(data)
+    assert np.array_equal(car.accelerations(arguments), expected)
+    assert car.accelerations.function is car.compiled.accelerations
+    assert residual is car.compiled.residual
+    assert car.values == quarter_car.values
+
+
+def test_bodies_keep_their_identity_when_pickled(half_car: Model) -> None:
+    """Bodies are told apart by identity, the ground as well."""
+    system = pickle.loads(pickle.dumps(half_car)).system
+    body = system.bodies[0]
+    assert body.parent is system.ground
+    assert all(each.parent in (system.ground, *system.bodies) for each in system.bodies)
+    assert {output.point.body for output in system.outputs if hasattr(output, "point")} <= set(system.bodies)
+
+
+def test_a_pickled_model_can_derive_again(quarter_car: Model, arguments: np.ndarray) -> None:
+    """What was not there is derived on arrival from the mechanism that came along."""
+    car = pickle.loads(pickle.dumps(load_model("quarter_car")))
+    assert np.array_equal(car.outputs(arguments), quarter_car.outputs(arguments))
+    assert car.compiled._identity == quarter_car.compiled._identity
+    assert car.equations.operations == quarter_car.equations.operations
+
+
+def test_a_pickled_model_in_another_process(
+    quarter_car: Model, arguments: np.ndarray, tmp_path: Path
+) -> None:
+    quarter_car.accelerations(arguments)
+    (tmp_path / "model").write_bytes(pickle.dumps((quarter_car, arguments)))
+    program = """
+import pickle, sys
+car, arguments = pickle.loads(open(sys.argv[1], "rb").read())
+print(car.accelerations(arguments).tobytes().hex())
+"""
+    command = [sys.executable, "-c", program, str(tmp_path / "model")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == quarter_car.accelerations(arguments).tobytes().hex()
+
+
+def test_a_pickled_function_on_another_processor_is_compiled_from_its_source(
+    folder: Path, quarter_car: Model, arguments: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = quarter_car.accelerations(arguments)
+    function = quarter_car.compiled.accelerations
+    foreign = dataclasses.replace(
+        function.entry, processor="elsewhere", object_code=b"no code of this machine"
+    )
+    data = pickle.dumps(dataclasses.replace(function, entry=foreign))
+    monkeypatch.setattr(numeric, "derive", never)
+    arrived = pickle.loads(data)
+    assert np.array_equal(arrived.bind(quarter_car.values)(arguments), expected)
+    assert [path.name.partition(".")[2] for path in folder.iterdir()] == ["code.json"]
+    monkeypatch.setattr(machine_code, "compile_assembly", never)
+    assert np.array_equal(pickle.loads(data).bind(quarter_car.values)(arguments), expected)
+
+
+# Files
 
 
 @pytest.mark.parametrize("kind", ["empty", "cut in half", "wrong checksum", "changed code"])
@@ -231,9 +427,9 @@ for function in (car.accelerations, car.outputs):
     for process in processes:
         assert process.communicate(timeout=60)[0].split() == expected
         assert process.returncode == 0
-    names = sorted(path.suffix for path in folder.iterdir())
-    assert set(names) == {".json"}
-    assert all(cache._decode(path.read_bytes()) for path in folder.iterdir())
+    names = [path.name for path in folder.iterdir()]
+    assert {name.partition(".")[2] for name in names} == {"source.json", "code.json"}
+    assert all(cache._read(name) for name in names)
 
 
 # What an entry's name depends on
@@ -245,7 +441,9 @@ class Cubic(Characteristic):
 
     factor: sympy.Expr
 
-    def force(self, program: Program, deflection: sympy.Expr, rate: sympy.Expr) -> sympy.Expr:
+    def force(
+        self, program: Program, deflection: sympy.Expr, rate: sympy.Expr, preload: sympy.Expr
+    ) -> sympy.Expr:
         return self.factor * deflection**3
 
 
@@ -275,7 +473,8 @@ def identity(
     )
     point = mechanism.point("p", body, (place, 0, 0))
     pad = mechanism.add_input("pad", "m")
-    port = TravelPort(point, mechanism.ground, "z", pad if moved else None)
+    travel = TravelPort(point, mechanism.ground, "z")
+    port = travel.less(pad) if moved else travel
     mechanism.add_force_element("spring", port, law or Linear(sympy.Integer(5)), preloaded=preloaded)
     mechanism.add_output(PointDisplacement("reading", point, output, mechanism.ground))
     return CompiledEquations(mechanism)._identity

@@ -176,7 +176,7 @@ def random_state(generator: np.random.Generator, position: float, rate: float) -
 
 
 def all_arguments(model: Model, q: Array, v: Array) -> Array:
-    inputs = 2 * len(model.mechanism.inputs)
+    inputs = 2 * len(model.system.inputs)
     return np.concatenate([q, v, np.zeros(12 + inputs)])
 
 

@@ -28,7 +28,7 @@ def weight(model: Model) -> float:
     """Sum of all masses times gravity (N); the torsion chain has neither."""
     values = model.values
     flat = {sympy.Symbol(name, real=True): value for name, value in values.items()}
-    total = sum(body.mass for body in model.mechanism.bodies) * model.mechanism.gravity
+    total = sum(body.mass for body in model.system.bodies) * model.system.gravity
     return float(sympy.sympify(total).subs(flat))
 
 
@@ -51,8 +51,8 @@ def test_built_in_vehicles_rest_at_the_design_position(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", vehicle_names())
-def test_any_parameters_rest_at_the_design_position(name: str, request: pytest.FixtureRequest) -> None:
-    model = request.getfixturevalue(name)
+def test_any_parameters_rest_at_the_design_position(name: str) -> None:
+    model = load_model(name)
     for seed in range(10):
         variant = changed(model, seed)
         assert np.abs(variant.design_residual).max() <= TOLERANCE * weight(variant)
@@ -108,8 +108,8 @@ def test_preloads_of_the_car_by_hand(sedan: Model, seed: int | None) -> None:
 
 
 @pytest.mark.parametrize("name", ["sedan", "half_car", "quarter_car"])
-def test_patches_carry_the_weight(name: str, request: pytest.FixtureRequest) -> None:
-    model = request.getfixturevalue(name)
+def test_patches_carry_the_weight(name: str) -> None:
+    model = load_model(name)
     vertical = [force for output, force in patch_forces(model).items() if output.endswith("_z")]
     assert sum(vertical) == pytest.approx(weight(model), rel=1e-12)
 

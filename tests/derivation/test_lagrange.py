@@ -286,7 +286,7 @@ def chain_mechanism(chain: Chain) -> Mechanism:
     first, last = mechanism.bodies
     tip = mechanism.point("tip", last, TIP)
     seen = TravelPort(tip, first, "y")
-    shaken = TravelPort(tip, mechanism.ground, "x", mechanism.add_input("base", "m"))
+    shaken = TravelPort(tip, mechanism.ground, "x").less(mechanism.add_input("base", "m"))
     both = CombinedPort(((TravelPort(tip, first, "z"), 2), (TravelPort(tip, mechanism.ground, "y"), -1)))
     ports = {
         "inner": seen,

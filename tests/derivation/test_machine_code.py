@@ -4,20 +4,25 @@ import ctypes
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import pytest
 import sympy
 
-from chassym.derivation import Model, Program, machine_code
-from chassym.derivation.machine_code import (
-    LANES,
-    Kernel,
-    UnsupportedExpressionError,
-    assembly,
-    compile_assembly,
-    link,
+from chassym.derivation import (
+    CompiledEquations,
+    ForceLaw,
+    JointPort,
+    Mechanism,
+    Model,
+    Program,
+    prismatic,
 )
+from chassym.derivation.assembly import Kernel, UnsupportedExpressionError, assembly
+from chassym.derivation.instructions import LANES
+from chassym.derivation.machine_code import compile_assembly, link
 
 X, Y, C, D = sympy.symbols("x y c d", real=True)
 COUNTS = (1, 7, 8, 9, 100)
@@ -141,21 +146,191 @@ def test_undefined_values_are_not_hidden() -> None:
 @pytest.mark.parametrize(
     ("expression", "named"),
     [
-        (sympy.tan(X), "tan"),
-        (sympy.atan2(X, Y), "atan2"),
-        (1 + X * sympy.sinh(Y), "sinh"),
-        (sympy.Piecewise((X, X > 0), (0, True)), "Piecewise"),
-        (X ** sympy.Rational(1, 3), r"x\*\*\(1/3\)"),
-        (sympy.Integer(2) ** X, r"2\*\*x"),
-        (X**Y, r"x\*\*y"),
+        (sympy.gamma(X), "gamma"),
+        (1 + X * sympy.besselj(0, Y), "besselj"),
         (sympy.Function("mystery")(X), "mystery"),
+        (sympy.Mod(X, 3).diff(X), "Derivative"),
+        (sympy.Piecewise((X, sympy.Xor(X > 0, Y > 0, evaluate=False)), (0, True)), "Xor"),
+        (sympy.I * X, "the number I"),
+        (sympy.zoo * X, "the number zoo"),
+        (X ** (1 + sympy.I), r"1 \+ I"),
     ],
     ids=str,
 )
-def test_a_function_without_machine_code_is_refused_by_name(expression: sympy.Expr, named: str) -> None:
+def test_what_has_no_machine_code_is_refused_by_name(expression: sympy.Expr, named: str) -> None:
     with pytest.raises(UnsupportedExpressionError, match=named) as caught:
         assembly([Kernel("kernel", {X: 0, Y: 1}, {}, {}, [expression])])
     assert "\n" not in str(caught.value)
+
+
+# Every function over a grid with special points
+
+
+SPECIAL = [0.0, -0.0, 1.0, -1.0, 2.0, 1e-300, -1e-300, 1e300, -1e300, np.inf, -np.inf, np.nan]
+LINE = np.concatenate([np.linspace(-5, 5, 91), [700.0, -700.0], SPECIAL])
+GRID = np.array([each.ravel() for each in np.meshgrid(LINE, np.concatenate([LINE[::6], SPECIAL]))])
+HALF = sympy.Rational(1, 2)
+FUNCTIONS: dict[str, tuple[sympy.Expr, Callable[[np.ndarray, np.ndarray], np.ndarray]]] = {
+    "sin": (sympy.sin(X), lambda x, y: np.sin(x)),
+    "cos": (sympy.cos(X), lambda x, y: np.cos(x)),
+    "tan": (sympy.tan(X), lambda x, y: np.tan(x)),
+    "asin": (sympy.asin(X), lambda x, y: np.arcsin(x)),
+    "acos": (sympy.acos(X), lambda x, y: np.arccos(x)),
+    "atan": (sympy.atan(X), lambda x, y: np.arctan(x)),
+    "atan2": (sympy.atan2(X, Y), np.arctan2),
+    "sinh": (sympy.sinh(X), lambda x, y: np.sinh(x)),
+    "cosh": (sympy.cosh(X), lambda x, y: np.cosh(x)),
+    "tanh": (sympy.tanh(X), lambda x, y: np.tanh(x)),
+    "exp": (sympy.exp(X), lambda x, y: np.exp(x)),
+    "log": (sympy.log(X), lambda x, y: np.log(x)),
+    "sqrt": (sympy.sqrt(X), lambda x, y: np.sqrt(x)),
+    "square root as a decimal": (X**0.5, lambda x, y: np.sqrt(x)),
+    "square as a decimal": (X**2.0, lambda x, y: x**2),
+    "x^1.5": (X**1.5, lambda x, y: x**1.5),
+    "x^-2.5": (X**-2.5, lambda x, y: 1 / x**2.5),
+    "cube root": (X ** sympy.Rational(1, 3), lambda x, y: x ** (1 / 3)),
+    "x^7": (X**7, lambda x, y: x**7.0),
+    "x^100": (X**100, lambda x, y: x**100.0),
+    "2^x": (sympy.Integer(2) ** X, lambda x, y: 2.0**x),
+    "x^y": (X**Y, lambda x, y: x**y),
+    "Abs": (sympy.Abs(X), lambda x, y: np.abs(x)),
+    "sign": (sympy.sign(X), lambda x, y: np.sign(x)),
+    "Heaviside": (sympy.Heaviside(X), lambda x, y: np.heaviside(x, 0.5)),
+    "Heaviside, a quarter": (sympy.Heaviside(X, HALF / 2), lambda x, y: np.heaviside(x, 0.25)),
+    "Heaviside, right": (sympy.Heaviside(X, 1), lambda x, y: np.heaviside(x, 1.0)),
+    "Heaviside, varying": (sympy.Heaviside(X, Y), lambda x, y: np.heaviside(x, y)),
+    "Max": (sympy.Max(X, Y), np.maximum),
+    "Max, a number": (sympy.Max(X, 0), lambda x, y: np.maximum(x, 0)),
+    "Max of three": (sympy.Max(X, Y, -1), lambda x, y: np.maximum(np.maximum(x, y), -1)),
+    "Min": (sympy.Min(X, Y), np.minimum),
+    "Min of three": (sympy.Min(X, Y, X * Y), lambda x, y: np.minimum(np.minimum(x, y), x * y)),
+    "Mod": (sympy.Mod(X, Y), np.mod),
+    "Mod, a number": (sympy.Mod(X, 3), lambda x, y: np.mod(x, 3)),
+}
+
+
+def assert_within_ulps(found: np.ndarray, expected: np.ndarray, count: int) -> None:
+    """Compare float64 with float64; NaN where NaN, infinite where infinite."""
+    equal = (found == expected) | (np.isnan(found) & np.isnan(expected))
+    assert np.all(np.abs(found - expected)[~equal] <= count * np.spacing(np.abs(expected[~equal])))
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_to_4_ulp(name: str) -> None:
+    expression, truth = FUNCTIONS[name]
+    with np.errstate(all="ignore"):
+        (found,) = run([expression], GRID, [0.0, 0.0])
+        assert_within_ulps(found, truth(*GRID), 4)
+
+
+RELATIONS: dict[str, tuple[sympy.Basic, Callable[[np.ndarray, np.ndarray], np.ndarray]]] = {
+    "<": (X < Y, np.less),
+    "<=": (X <= Y, np.less_equal),
+    ">": (X > Y, np.greater),
+    ">=": (X >= Y, np.greater_equal),
+    "Eq": (sympy.Eq(X, Y), np.equal),
+    "Ne": (sympy.Ne(X, Y), np.not_equal),
+    "And": ((X < Y) & (X > 0) & (Y < 3), lambda x, y: (x < y) & (x > 0) & (y < 3)),
+    "Or": ((X < 0) | sympy.Eq(Y, 2) | (X > 4), lambda x, y: (x < 0) | (y == 2) | (x > 4)),
+    "Not": (sympy.Not((X < Y) & (X > 0), evaluate=False), lambda x, y: ~((x < y) & (x > 0))),
+}
+
+
+@pytest.mark.parametrize("name", RELATIONS)
+def test_conditions(name: str) -> None:
+    condition, truth = RELATIONS[name]
+    found = run([sympy.Piecewise((1, condition), (0, True))], GRID, [0.0, 0.0])[0]
+    assert np.array_equal(found, truth(*GRID))
+
+
+def test_a_piecewise_law_takes_the_first_branch_that_holds() -> None:
+    law = sympy.Piecewise((sympy.log(X), X > 2), (X**2, X > 0), (1 / X, (X >= -1) & (X < 0)))
+    points = np.array([[3.0, 2.0, 1e-300, 0.0, -0.5, -1.0, -1.5, np.nan], np.zeros(8)])
+    (found,) = run([law], points, [0.0, 0.0])
+    expected = np.array([np.log(3.0), 4.0, 0.0, np.nan, -2.0, -1.0, np.nan, np.nan])
+    assert_within_ulps(found, expected, 1)
+
+
+def test_piecewise_laws_may_be_nested() -> None:
+    inner = sympy.Piecewise((Y, Y > 1), (C, True))
+    law = sympy.Piecewise((inner + 1, inner < 3), (sympy.Piecewise((D, X > 0), (-D, True)), True))
+    (found,) = run([law], np.array([[1.0, 1.0, -1.0], [2.0, 0.0, 4.0]]), [2.5, 7.0])
+    assert list(found) == [3.0, 3.5, -7.0]
+
+
+def test_a_library_function_in_two_functions_of_one_module() -> None:
+    kernels = [Kernel(name, {X: 0}, {}, {}, [sympy.tan(X) + sympy.tan(2 * X)]) for name in ("one", "two")]
+    linked = link(compile_assembly(assembly(kernels)), ["one", "two"], "twice")
+    assert set(linked.addresses) == {"one", "two"}
+
+
+# Derivatives
+
+
+SMOOTH = [
+    sympy.tan(X),
+    sympy.asin(X / 4),
+    sympy.acos(X / 4),
+    sympy.atan(X * Y),
+    sympy.sinh(X),
+    sympy.cosh(X),
+    sympy.tanh(X - Y),
+    (X + 4) ** 1.5,
+    (X + 4) ** (Y / 3),
+    sympy.Integer(3) ** X,
+    sympy.exp(-X) * sympy.log(X + 5) / sympy.sqrt(X**2 + 1),
+]
+
+
+@pytest.mark.parametrize("expression", SMOOTH, ids=str)
+def test_smooth_derivatives_are_those_of_a_complex_step(expression: sympy.Expr) -> None:
+    arguments = np.random.default_rng(5).uniform(-1.4, 1.4, (2, 40))
+    x, y = arguments
+    evaluate = sympy.lambdify([X, Y], expression, modules="numpy")
+    (found,) = run([expression.diff(X)], arguments, [0.0, 0.0])
+    assert found == pytest.approx(evaluate(x + 1e-30j, y).imag / 1e-30, rel=1e-13, abs=1e-15)
+
+
+BENT = [
+    sympy.atan2(X, Y),
+    sympy.Abs(X) ** 1.5,
+    X * sympy.Abs(X),
+    sympy.sign(X) * X**2,
+    sympy.Abs(sympy.sin(3 * X)),
+    sympy.Heaviside(X - Y) * X,
+    sympy.Max(X, Y, X * Y),
+    sympy.Min(X**2, Y, HALF),
+    sympy.Piecewise((X**3, X > Y), (sympy.sin(X), X > -1), (1 - X, True)),
+    X * sympy.Piecewise((Y, Y > 0), (X, True)),
+]
+
+
+@pytest.mark.parametrize("expression", BENT, ids=str)
+def test_derivatives_beside_corners_are_those_of_differences(expression: sympy.Expr) -> None:
+    arguments = np.random.default_rng(6).uniform(-1.4, 1.4, (2, 40))
+    step = np.array([[1e-5], [0.0]])
+    below, above = (run([expression], arguments + side * step, [0.0, 0.0])[0] for side in (-1, 1))
+    (found,) = run([expression.diff(X)], arguments, [0.0, 0.0])
+    assert found == pytest.approx((above - below) / 2e-5, rel=1e-6, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("law", "slope_at_zero"),
+    [
+        (sympy.sign(X), 0.0),  # Coulomb's friction: flat on both sides
+        (sympy.Heaviside(X), 0.0),
+        (sympy.sign(X) * X**2, 0.0),
+        (sympy.Abs(X), 0.0),
+        (sympy.Max(X, 0), 0.5),
+        (sympy.Min(3 * X, X), 2.0),
+    ],
+    ids=str,
+)
+def test_slopes_at_a_corner_are_the_mean_of_both_sides(law: sympy.Expr, slope_at_zero: float) -> None:
+    program = Program()
+    ((slope,),) = program.differentiate([program.let(law)], [X])
+    (found,) = run([slope], np.zeros((2, 1)), [0.0, 0.0], dict(program.required([slope])))
+    assert found[0] == slope_at_zero
 
 
 # Whole vehicles
@@ -267,7 +442,132 @@ def test_distances_from_the_knots_of_a_table(quarter_car: Model) -> None:
     assert quarter_car.knot_distances(arguments) == pytest.approx(wheel - body - knots[:, None])
 
 
-@pytest.mark.parametrize("shape", [(1, 3), (10, 0), (10,)])
+def test_a_mechanism_with_a_law_of_many_functions() -> None:
+    cart = Mechanism("cart", sympy.S.Zero)
+    joint = prismatic("z", "z")
+    cart.add_body("cart", cart.ground, joint, (0, 0, 0), mass=sympy.Integer(2))
+    stiffness = sympy.Symbol("bushing.stiffness", real=True)
+    free = sympy.Piecewise((0, sympy.Abs(X) < 0.1), (X - 0.1 * sympy.sign(X), True))
+    rubbing = 3 * sympy.tanh(Y / 0.2) + sympy.sign(Y) * sympy.Abs(Y) ** 1.5
+    stop = sympy.exp(5 * X) * sympy.Heaviside(X - 0.3, 0)
+    law = ForceLaw(stiffness * free + rubbing + stop + sympy.tan(stiffness / 1000), X, Y)
+    cart.add_force_element("bushing", JointPort(joint.steps[0].coordinate), law)
+    compiled = CompiledEquations(cart)
+    residual = compiled.residual.bind({"bushing.stiffness": 500.0})
+    s, v = arguments = np.random.default_rng(7).uniform(-0.5, 0.5, (2, 60))
+    force = 500 * np.where(np.abs(s) < 0.1, 0, s - 0.1 * np.sign(s))
+    force += 3 * np.tanh(v / 0.2) + np.sign(v) * np.abs(v) ** 1.5 + np.exp(5 * s) * (s > 0.3) + np.tan(0.5)
+    states = np.vstack([arguments, np.full(60, 0.7)])
+    assert residual(states)[0] == pytest.approx(2 * 0.7 + force, rel=1e-12)
+    slopes = compiled.residual_jacobian.bind({"bushing.stiffness": 500.0})(states)
+    for row in range(2):
+        step = 1e-6 * np.eye(3)[:, [row]]
+        expected = (residual(states + step) - residual(states - step))[0] / 2e-6
+        assert slopes[row] == pytest.approx(expected, rel=1e-6)
+    assert np.all(slopes[2] == 2)
+
+
+# Derivatives by any name
+
+
+def richardson(function: Callable[[float], np.ndarray], centre: float, step: float) -> np.ndarray:
+    """Differentiate by central differences of four steps, extrapolated: an error of the eighth order."""
+    table = []
+    for level in range(4):
+        h = step / 2**level
+        table.append((function(centre + h) - function(centre - h)) / (2 * h))
+    for order in range(1, 4):
+        table = [b + (b - a) / (4**order - 1) for a, b in pairwise(table)]
+    return table[0]
+
+
+NAMES = {
+    "quarter_car": [
+        "body_bounce",
+        "wheel_bounce_rate",
+        "body_bounce_acceleration",
+        "road",
+        "road_rate",
+        "sprung.mass",
+        "spring.rate",
+        "damper.force[3]",
+        "damper.velocity[1]",
+        "tyre.damping",
+        "tyre.preload",
+        "gravity",
+    ],
+    "half_car": ["pitch", "pitch_rate", "bounce_acceleration", "rear_road", "body.mass", "body.mass_centre.z"]
+    + ["axle.front.x", "suspension.rear.spring.rate", "front_tyre.preload"],
+    "sedan": ["roll", "yaw_rate", "front_left_pad_z", "body.front.mass", "body.middle.mass_centre.z"]
+    + ["suspension.front.arm_pivot.z", "tyre.rear.stiffness.y", "front_left_spring.preload"],
+}
+
+
+@pytest.mark.parametrize("vehicle", NAMES)
+def test_derivatives_by_any_name(vehicle: str, request: pytest.FixtureRequest) -> None:
+    """Against differences; what cannot be told apart from zero is measured by value over argument."""
+    model, names = request.getfixturevalue(vehicle), NAMES[vehicle]
+    symbols = [symbol.name for symbol in model.equations.arguments]
+    state = random_arguments(model, 3)[:, 0]
+    compiled = model.compiled
+
+    def results(name: str, number: float) -> np.ndarray:
+        values, moved = dict(model.values), state.copy()
+        if name in symbols:
+            moved[symbols.index(name)] = number
+        else:
+            values[name] = number
+        return np.concatenate(
+            [f.bind(values)(moved[:, None])[:, 0] for f in (compiled.residual, compiled.outputs)]
+        )
+
+    shape = model.size + len(model.output_names), len(names)
+    found = compiled.jacobian(names).bind(model.values).matrix(state, shape)
+    for column, name in zip(found.T, names, strict=True):
+        centre = state[symbols.index(name)] if name in symbols else model.values[name]
+        expected = richardson(partial(results, name), centre, 0.02 * max(abs(centre), 1e-2))
+        scale = np.maximum(np.abs(expected), np.abs(results(name, centre)) / max(abs(centre), 1e-2))
+        assert np.all(np.abs(column - expected) <= 1e-8 * scale), name
+
+
+def test_derivatives_by_all_arguments_are_the_linearisation(half_car: Model) -> None:
+    """The half car has no tables, so that no slope has to be stated."""
+    state = random_arguments(half_car, 2)[:, 0]
+    names = [symbol.name for symbol in half_car.equations.arguments]
+    shape = half_car.size + len(half_car.output_names), len(names)
+    found = half_car.compiled.jacobian(names).bind(half_car.values).matrix(state, shape)
+    expected = half_car.compiled.linearisation.bind(half_car.values).matrix(state, shape)
+    assert found == pytest.approx(expected, rel=1e-13)
+
+
+def test_derivatives_are_compiled_once(quarter_car: Model) -> None:
+    compiled = quarter_car.compiled
+    assert compiled.jacobian(["sprung.mass"]) is compiled.jacobian(("sprung.mass",))
+    assert compiled.jacobian(["sprung.mass"]) is not compiled.jacobian(["unsprung.mass"])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "near"),
+    [("sprung.mas", "sprung.mass"), ("body_bounce_velocity", "body_bounce_rate"), ("", ""), ("_0", "")],
+)
+def test_an_unknown_name_is_refused_with_near_ones(quarter_car: Model, wrong: str, near: str) -> None:
+    with pytest.raises(ValueError, match=f"'{wrong}' is no argument or parameter .*{near}") as caught:
+        quarter_car.compiled.jacobian(["spring.rate", wrong])
+    assert "\n" not in str(caught.value)
+
+
+def test_derivatives_by_nothing(quarter_car: Model) -> None:
+    function = quarter_car.compiled.jacobian([]).bind(quarter_car.values)
+    assert function(np.zeros((8, 3))).shape == (0, 3)
+
+
+@pytest.mark.parametrize("function", ["residual", "accelerations", "outputs", "residual_jacobian"])
+def test_no_samples_give_no_results(quarter_car: Model, function: str) -> None:
+    bound = getattr(quarter_car, function)
+    assert bound(np.empty((8, 0))).shape == (len(bound.rows), 0)
+
+
+@pytest.mark.parametrize("shape", [(1, 3), (10, 0), (0, 3), (8,), (8, 1, 1)])
 def test_arguments_of_another_shape_are_refused(quarter_car: Model, shape: tuple[int, ...]) -> None:
     assert quarter_car.argument_count == 8
     with pytest.raises(ValueError, match=r"arguments: shape .* received; \(8, samples\) is needed"):
@@ -281,9 +581,9 @@ def test_the_derivative_of_a_magnitude_has_machine_code() -> None:
     force = program.let(v * program.let(sympy.Abs(v)))
     ((slope,),) = program.differentiate([force], [v])
     names = ["quadratic"]
-    kernel = machine_code.Kernel("quadratic", {v: 0}, {}, program.required([slope]), [slope])
-    code = machine_code.compile_assembly(machine_code.assembly([kernel]))
-    linked = machine_code.link(code, names, "quadratic damper")
+    kernel = Kernel("quadratic", {v: 0}, {}, program.required([slope]), [slope])
+    code = compile_assembly(assembly([kernel]))
+    linked = link(code, names, "quadratic damper")
     rates, slopes = np.array([-2.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0, 5.0]), np.empty(8)
     signature = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3, ctypes.c_int64, ctypes.c_int64)
     signature(linked.addresses["quadratic"])(rates.ctypes.data, 0, slopes.ctypes.data, 8, 8)
@@ -298,7 +598,7 @@ from chassym.derivation import Characteristic, CompiledEquations, JointPort, Mec
 
 @dataclass(frozen=True)
 class Cubic(Characteristic):
-    def force(self, program, deflection, rate):
+    def force(self, program, deflection, rate, preload):
         return program.let(deflection**3)
 
 cart = Mechanism("cart", gravity=0)

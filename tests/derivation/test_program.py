@@ -200,7 +200,7 @@ def reference(sedan: Model, lambdified: Callable[..., Callable[..., list]]) -> R
 
 def random_arguments(model: Model, seed: int) -> np.ndarray:
     """Draw angles to 0.3 rad, rates to 2, accelerations to 10, pads to 5 cm and 0.5 m/s."""
-    n, m = model.size, len(model.mechanism.inputs)
+    n, m = model.size, len(model.system.inputs)
     scale = np.concatenate(
         [np.full(n, 0.3), np.full(n, 2.0), np.full(n, 10.0), np.full(m, 0.05), np.full(m, 0.5)]
     )
@@ -209,10 +209,10 @@ def random_arguments(model: Model, seed: int) -> np.ndarray:
 
 def damper_slopes(model: Model, arguments: np.ndarray) -> dict[str, float]:
     """Give the slope symbols their values at a state, from the dampers' own rates."""
-    equations, mechanism = model.equations, model.mechanism
+    equations, mechanism = model.equations, model.system
     values = dict(zip(equations.arguments, arguments, strict=True))
     values |= {sympy.Symbol(name, real=True): value for name, value in model.values.items()}
-    rates = equations.program.expand([equations.element_rates[name] for name in mechanism.slopes])
+    rates = equations.program.expand([equations.elements[name].rate for name in mechanism.slopes])
     return {
         slope.name: mechanism.knotted[name].slope(float(rate.xreplace(values)), model.values, mean_slope)
         for (name, slope), rate in zip(mechanism.slopes.items(), rates, strict=True)
@@ -239,7 +239,7 @@ def test_the_linearisation_takes_the_slope_it_is_given(sedan: Model) -> None:
     """At rest a damper of slope c adds c (ds/dq)^2 to one derivative by a rate, and nothing else."""
     rest = np.zeros(sedan.argument_count)
     shape = (sedan.size + len(sedan.output_names), sedan.argument_count)
-    names = [symbol.name for symbol in sedan.mechanism.slopes.values()]
+    names = [symbol.name for symbol in sedan.system.slopes.values()]
     assert names == [
         f"{axle}_{side}_damper.slope" for axle in ("front", "rear") for side in ("left", "right")
     ]
@@ -249,7 +249,7 @@ def test_the_linearisation_takes_the_slope_it_is_given(sedan: Model) -> None:
         return sedan.compiled.linearisation.bind(sedan.values | changes).matrix(rest, shape)
 
     change = linear(1000.0) - linear(0.0)
-    arm = [c.name for c in sedan.mechanism.coordinates].index("front_left_arm_angle")
+    arm = [c.name for c in sedan.system.coordinates].index("front_left_arm_angle")
     value = sedan.parameters.flat()
     lever = value["suspension.front.wheel_centre.y"] - value["suspension.front.arm_pivot.y"]
     expected = np.zeros(shape)

@@ -4,8 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy
 
-from chassym.derivation import Body, Model
+from chassym.derivation import (
+    Body,
+    Characteristic,
+    ForceLaw,
+    JointPort,
+    Linear,
+    Mechanism,
+    Model,
+    Unilateral,
+    build_model,
+    prismatic,
+)
 from chassym.linear import (
     LinearisationError,
     LinearModel,
@@ -13,6 +25,10 @@ from chassym.linear import (
     linearise,
     to_control,
 )
+from chassym.linear.operating_point import find_jump
+
+S, V = sympy.symbols("s v", real=True)
+FRICTION = sympy.Symbol("friction", real=True)
 
 VEHICLES = ["sedan", "quarter_car", "half_car", "torsion_chain"]
 
@@ -36,12 +52,12 @@ def velocity(model: Model, body: Body, place: np.ndarray) -> tuple[np.ndarray, n
     At the design position all frames are parallel: a slider moves what it carries along its axis, a hinge
     turns it about its origin.
     """
-    names = [c.name for c in model.mechanism.coordinates]
+    names = [c.name for c in model.system.coordinates]
     linear, angular = np.zeros((3, len(names))), np.zeros((3, len(names)))
     carrier: Body | None = body
     while carrier is not None:
         for step in carrier.joint.steps:
-            column, axis = names.index(step.coordinate.name), np.eye(3)["xyz".index(step.axis)]
+            column, axis = names.index(step.coordinate.name), numbers(model, step.axis)
             if step.is_rotation:
                 angular[:, column] = axis
                 linear[:, column] = np.cross(axis, place - numbers(model, carrier.origin))
@@ -55,7 +71,7 @@ def velocity(model: Model, body: Body, place: np.ndarray) -> tuple[np.ndarray, n
 def test_mass_matrix_is_the_sum_over_the_bodies(vehicle: str, request: pytest.FixtureRequest) -> None:
     model = request.getfixturevalue(vehicle)
     expected = np.zeros((model.size, model.size))
-    for body in model.mechanism.bodies:
+    for body in model.system.bodies:
         linear, angular = velocity(model, body, numbers(model, body.mass_centre))
         moments = np.diag(numbers(model, (body.inertia.xx, body.inertia.yy, body.inertia.zz)))
         expected += numbers(model, [body.mass])[0] * linear.T @ linear + angular.T @ moments @ angular
@@ -78,7 +94,7 @@ def test_pads_push_through_the_tyres(sedan: Model, sedan_linear: LinearModel) ->
         place = f"suspension.{axle}.contact_patch"
         mirror = 1 if side == "left" else -1
         patch = np.array([value[f"axle.{axle}.x"], mirror * value[f"{place}.y"], value[f"{place}.z"]])
-        arm = next(body for body in sedan.mechanism.bodies if body.name == f"{corner}_arm")
+        arm = next(body for body in sedan.system.bodies if body.name == f"{corner}_arm")
         moved, _ = velocity(sedan, arm, patch)
         for row, axis in enumerate("xyz"):
             column = sedan_linear.inputs.index(f"{corner}_pad_{axis}")
@@ -234,3 +250,89 @@ def test_slope_rule_without_a_finite_slope_is_refused(quarter_car: Model) -> Non
             return float("nan")
 
         linearise(quarter_car, nowhere)
+
+
+def slider(law: Characteristic, friction: float = 6.0) -> Model:
+    """Give 2 kg on a spring of 50 N/m and a force law, on a base that is moved along."""
+    mechanism = Mechanism("slider", gravity=0)
+    joint = prismatic("slide", "x")
+    mechanism.add_body("block", mechanism.ground, joint, (0, 0, 0), mass=2)
+    port = JointPort(joint.steps[0].coordinate)
+    base = mechanism.add_input("base", "m")
+    mechanism.add_force_element("spring", port, Linear(50))
+    mechanism.add_force_element("contact", port.less(base), law)
+    mentioned = FRICTION in getattr(law, "expression", sympy.S.Zero).free_symbols
+    return build_model(mechanism, {FRICTION: friction} if mentioned else {})
+
+
+def test_coulomb_friction_at_rest_is_refused() -> None:
+    """The force passes from -mu to mu: its slope is no number, and by no means zero."""
+    with pytest.raises(
+        LinearisationError,
+        match=r"'slider' .* coordinate 'slide' jumps by 12 N where 'slide_rate' passes zero",
+    ) as error:
+        linearise(slider(ForceLaw(FRICTION * sympy.sign(V), rate=V)))
+    assert "\n" not in str(error.value)
+
+
+def test_friction_without_a_jump_is_linearised() -> None:
+    """Smoothed over v0 it is a damper of mu / v0; with mu = 0 there is none."""
+    smooth = linearise(slider(ForceLaw(FRICTION * sympy.tanh(V / 0.1), rate=V)))
+    np.testing.assert_allclose(smooth.damping, [[60.0]])
+    np.testing.assert_allclose(smooth.input_damping, [[60.0]])
+    none = linearise(slider(ForceLaw(FRICTION * sympy.sign(V), rate=V), friction=0.0))
+    np.testing.assert_array_equal(none.damping, [[0.0]])
+
+
+@pytest.mark.parametrize(
+    ("law", "size"),
+    [
+        (ForceLaw(3 * sympy.Heaviside(S) - 1.5, S), 3),
+        (ForceLaw(3 * sympy.Heaviside(S, 0) - 3 * sympy.Heaviside(-S, 0), S), 6),
+        (ForceLaw(sympy.Piecewise((7 * S - 4, S < 0), (7 * S, True)), S), 4),
+        (ForceLaw(5 * V - 1e-3 * sympy.sign(V - S), S, V), 2e-3),
+        (ForceLaw(sympy.sign(V) ** 3, rate=V), 2),
+        (Unilateral(ForceLaw(sympy.sign(V) + sympy.Rational(1, 2), rate=V)), 0.5),
+    ],
+)
+def test_every_jump_at_the_design_position_is_refused(law: Characteristic, size: float) -> None:
+    """A law's value below, at and above zero by hand; the unilateral one is -1/2 or 0."""
+    with pytest.raises(LinearisationError, match=f"jumps by {size:.3g} N where 'slide"):
+        linearise(slider(law))
+
+
+@pytest.mark.parametrize(
+    ("law", "damping", "stiffness"),
+    [
+        (ForceLaw(V * sympy.Abs(V), rate=V), 0, 50),
+        (ForceLaw(V**2 * sympy.sign(V) + 3 * V, rate=V), 3, 50),
+        (ForceLaw(S * (4 + sympy.sign(S)), S), 0, 54),
+        (ForceLaw(sympy.sign(S) * sympy.Abs(S) ** sympy.Rational(3, 2), S), 0, 50),
+        (ForceLaw(6 * sympy.sign(V - sympy.Rational(1, 10)) + 6, rate=V), 0, 50),
+        (ForceLaw(sympy.Piecewise((0, sympy.Abs(S) < 0.1), (9 + S, True)), S), 0, 50),
+        (Unilateral(Linear(8)), 0, 54),
+    ],
+)
+def test_bends_and_distant_jumps_are_linearised(
+    law: Characteristic, damping: float, stiffness: float
+) -> None:
+    """A bend has the mean of both sides' slopes, a jump elsewhere none."""
+    linear = linearise(slider(law))
+    np.testing.assert_allclose(linear.damping, [[damping]])
+    np.testing.assert_allclose(linear.stiffness, [[stiffness]])
+
+
+def test_a_jump_in_a_prescribed_motion_is_refused_by_its_name() -> None:
+    mechanism = Mechanism("shaken", gravity=0)
+    joint = prismatic("slide", "x")
+    mechanism.add_body("block", mechanism.ground, joint, (0, 0, 0), mass=2)
+    base = mechanism.add_input("base", "m")
+    law = ForceLaw(sympy.sign(base.rate) + 50 * S, S)
+    mechanism.add_force_element("spring", JointPort(joint.steps[0].coordinate), law)
+    with pytest.raises(LinearisationError, match="jumps by 2 N where 'base_rate' passes zero"):
+        linearise(build_model(mechanism, {}))
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_vehicles_have_no_jump(vehicle: str, request: pytest.FixtureRequest) -> None:
+    assert find_jump(request.getfixturevalue(vehicle)) is None

@@ -8,12 +8,14 @@ import sympy
 
 from chassym.derivation import (
     CompiledEquations,
+    JointPort,
     Linear,
     Mechanism,
     Model,
     PointAcceleration,
     PointDisplacement,
     TravelPort,
+    build_model,
     prismatic,
     revolute,
 )
@@ -39,11 +41,19 @@ def oscillator() -> Model:
     mechanism = Mechanism("oscillator", gravity=0)
     mass = mechanism.add_body("mass", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=m)
     point = mechanism.point("foot", mass, (0, 0, 0))
-    port = TravelPort(point, mechanism.ground, "z", mechanism.add_input("road", "m"))
+    port = TravelPort(point, mechanism.ground, "z").less(mechanism.add_input("road", "m"))
     mechanism.add_force_element("spring", port, Linear(k, c))
     mechanism.add_output(PointDisplacement("displacement", point, "z", mechanism.ground))
     mechanism.add_output(PointAcceleration("acceleration", point, "z", mechanism.ground))
     return Model(_parameters("oscillator", m=2.0, k=800.0, c=6.0), CompiledEquations(mechanism))
+
+
+def test_a_steady_state_of_nothing_is_refused() -> None:
+    mechanism = Mechanism("mute", gravity=0)
+    mechanism.add_body("mass", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=1)
+    mechanism.add_force_element("spring", JointPort(mechanism.coordinate("z")), Linear(100, 1))
+    with pytest.raises(ValueError, match="metrics: none to measure; mute has no outputs"):
+        steady_state(build_model(mechanism, {}), Harmonic(1.0, {}))
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +67,7 @@ def swing() -> Model:
         "arm", mechanism.ground, revolute("angle", "x"), (0, 0, 0), mass=m, mass_centre=(0, 0, -length)
     )
     bob = mechanism.point("bob", arm, (0, 0, -length))
-    pull = TravelPort(bob, mechanism.ground, "y", mechanism.add_input("hand", "m"))
+    pull = TravelPort(bob, mechanism.ground, "y").less(mechanism.add_input("hand", "m"))
     mechanism.add_force_element("pull", pull, Linear(k, c))
     mechanism.add_output(PointDisplacement("sideways", bob, "y", mechanism.ground))
     mechanism.add_output(PointAcceleration("acceleration", bob, "z", mechanism.ground))

@@ -1,0 +1,76 @@
+"""Symbols for the deflection, rate and force of every element, which stand for them in printed equations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import sympy
+
+if TYPE_CHECKING:
+    from chassym.derivation.equations_of_motion import EquationsOfMotion
+
+
+@dataclass(frozen=True)
+class ElementSymbols:
+    """The symbols s_..., v_... and F_... of elements.
+
+    Elements at one deflection have one name for it on the program; the symbol of one of them stands for it,
+    one whose force depends on it if there is any.
+
+    Attributes
+    ----------
+    deflections, rates, forces
+        Symbols by the name of the element.
+    printed_deflections, printed_rates, printed_forces
+        The symbol to print for a name of the program.
+    """
+
+    deflections: Mapping[str, sympy.Symbol]
+    rates: Mapping[str, sympy.Symbol]
+    forces: Mapping[str, sympy.Symbol]
+    printed_deflections: Mapping[sympy.Symbol, sympy.Symbol]
+    printed_rates: Mapping[sympy.Symbol, sympy.Symbol]
+    printed_forces: Mapping[sympy.Symbol, sympy.Symbol]
+
+    @property
+    def printed(self) -> dict[sympy.Symbol, sympy.Symbol]:
+        """The symbols to print for all three."""
+        return {**self.printed_deflections, **self.printed_rates, **self.printed_forces}
+
+
+def element_symbols(equations: EquationsOfMotion) -> ElementSymbols:
+    """Symbols for the elements, unlike all others that the equations mention."""
+    program, elements = equations.program, equations.elements
+    taken = {s.name for e in program.definitions.values() for s in e.free_symbols}
+    taken |= {symbol.name for symbol in equations.arguments}
+
+    def named(letter: str) -> dict[str, sympy.Symbol]:
+        return {name: _symbol(f"{letter}_{name}", taken) for name in elements}
+
+    def printed(
+        symbols: Mapping[str, sympy.Symbol], names: Mapping[str, sympy.Symbol]
+    ) -> dict[sympy.Symbol, sympy.Symbol]:
+        found: dict[sympy.Symbol, sympy.Symbol] = {}
+        ordered = sorted(elements, key=lambda element: names[element] not in needed[element])
+        for element in ordered:
+            found.setdefault(names[element], symbols[element])
+        return {name: found[name] for name in names.values()}
+
+    needed = {name: program.required([answer.force]) for name, answer in elements.items()}
+    shifts, rates, forces = named("s"), named("v"), named("F")
+    return ElementSymbols(
+        shifts,
+        rates,
+        forces,
+        printed(shifts, {name: answer.deflection for name, answer in elements.items()}),
+        printed(rates, {name: answer.rate for name, answer in elements.items()}),
+        printed(forces, {name: answer.force for name, answer in elements.items()}),
+    )
+
+
+def _symbol(name: str, taken: set[str]) -> sympy.Symbol:
+    while name in taken:
+        name += "_"
+    return sympy.Symbol(name, real=True)

@@ -1,0 +1,118 @@
+"""LLVM instructions on vectors of samples, written out as text.
+
+Every instruction works on `LANES` samples at once, so that a batch of samples runs on the processor's vector
+units.
+"""
+
+from __future__ import annotations
+
+import struct
+
+LANES = 8
+"""Samples that one pass of a kernel evaluates together."""
+
+VECTOR = f"<{LANES} x double>"
+"""Type of a quantity: its value in every sample of a pass."""
+
+_BOOLEAN = f"<{LANES} x i1>"
+
+
+def splat(number: float) -> str:
+    """A constant in every lane, written bit by bit so that no digit is lost."""
+    bits = f"double 0x{_bits(number):016X}"
+    return "<" + ", ".join([bits] * LANES) + ">"
+
+
+def splat_truth(truth: bool) -> str:
+    """A truth value in every lane."""
+    return "<" + ", ".join([f"i1 {str(truth).lower()}"] * LANES) + ">"
+
+
+def _bits(number: float) -> int:
+    return int(struct.unpack("<Q", struct.pack("<d", number))[0])
+
+
+def lane_by_lane(name: str, count: int) -> str:
+    """A function of vectors that calls a function of C's mathematical library for each lane."""
+    inputs = "abc"[:count]
+    lines = [
+        f"declare double @{name}({', '.join(['double'] * count)}) nounwind willreturn readnone",
+        f"define internal {VECTOR} @lanes_{name}({', '.join(f'{VECTOR} %{i}' for i in inputs)}) {{",
+    ]
+    previous = "poison"
+    for lane in range(LANES):
+        lines += [f"  %{i}{lane} = extractelement {VECTOR} %{i}, i64 {lane}" for i in inputs]
+        listed = ", ".join(f"double %{i}{lane}" for i in inputs)
+        lines.append(f"  %called{lane} = call double @{name}({listed})")
+        lines.append(f"  %v{lane} = insertelement {VECTOR} {previous}, double %called{lane}, i64 {lane}")
+        previous = f"%v{lane}"
+    return "\n".join([*lines, f"  ret {VECTOR} {previous}", "}"])
+
+
+class Instructions:
+    """Instructions in the making; every method writes one operation and gives the name of its result.
+
+    Addresses are those of a kernel: %x inputs, %c constants, %y results, in rows that are %stride apart, and
+    %i the first sample of the pass.
+
+    Examples
+    --------
+    >>> code = Instructions()
+    >>> code.binary("fadd", "%a", "%b")
+    '%v0'
+    >>> code.lines
+    ['  %v0 = fadd contract <8 x double> %a, %b']
+    """
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self._count = 0
+
+    def new(self, instruction: str) -> str:
+        """Write any instruction."""
+        name = f"%v{self._count}"
+        self._count += 1
+        self.lines.append(f"  {name} = {instruction}")
+        return name
+
+    def load(self, row: int) -> str:
+        """A row of the inputs."""
+        offset = self.new(f"mul i64 %stride, {row}")
+        place = self.new(f"add i64 {offset}, %i")
+        address = self.new(f"getelementptr double, ptr %x, i64 {place}")
+        return self.new(f"load {VECTOR}, ptr {address}, align 8")
+
+    def load_constant(self, row: int) -> str:
+        """A constant, in every lane."""
+        address = self.new(f"getelementptr double, ptr %c, i64 {row}")
+        scalar = self.new(f"load double, ptr {address}, align 8")
+        first = self.new(f"insertelement {VECTOR} poison, double {scalar}, i64 0")
+        mask = f"<{LANES} x i32> zeroinitializer"
+        return self.new(f"shufflevector {VECTOR} {first}, {VECTOR} poison, {mask}")
+
+    def store(self, row: int, value: str) -> None:
+        """Put a value into a row of the results."""
+        offset = self.new(f"mul i64 %stride, {row}")
+        place = self.new(f"add i64 {offset}, %i")
+        address = self.new(f"getelementptr double, ptr %y, i64 {place}")
+        self.lines.append(f"  store {VECTOR} {value}, ptr {address}, align 8")
+
+    def binary(self, operation: str, left: str, right: str) -> str:
+        """Arithmetic on two operands."""
+        return self.new(f"{operation} contract {VECTOR} {left}, {right}")
+
+    def compare(self, predicate: str, left: str, right: str) -> str:
+        """The truth of a comparison."""
+        return self.new(f"fcmp {predicate} {VECTOR} {left}, {right}")
+
+    def select(self, condition: str, one: str, other: str) -> str:
+        """One operand where a condition holds, the other where it does not."""
+        return self.new(f"select {_BOOLEAN} {condition}, {VECTOR} {one}, {VECTOR} {other}")
+
+    def select_truth(self, condition: str, one: str, other: str) -> str:
+        """One truth value where a condition holds, the other where it does not."""
+        return self.new(f"select {_BOOLEAN} {condition}, {_BOOLEAN} {one}, {_BOOLEAN} {other}")
+
+    def logic(self, operation: str, left: str, right: str) -> str:
+        """Logic of two truth values."""
+        return self.new(f"{operation} {_BOOLEAN} {left}, {right}")

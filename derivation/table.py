@@ -1,0 +1,212 @@
+"""Piecewise-linear tables of force: dampers over their rate, springs over their deflection."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import sympy
+
+from chassym.derivation.characteristic import Potential
+from chassym.derivation.errors import MechanismError
+from chassym.derivation.program import Program
+
+SlopeRule = Callable[[float, float], float]
+"""Combines the slopes on the left and on the right of a knot."""
+
+OuterSlopes = tuple[sympy.Expr | float, sympy.Expr | float]
+
+HELD: OuterSlopes = (0, 0)
+"""Outer slopes with which the end forces are held beyond the ends of a table."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A continuous function, linear between its points.
+
+    Parameters
+    ----------
+    places, forces
+        The points; places increase. At least two.
+    factor
+        Multiplies every force and slope.
+    outer_slopes
+        Slopes before the first and after the last point; None continues the end segments.
+
+    Raises
+    ------
+    MechanismError
+        If there are fewer than two points, not as many forces as places, or places that do not increase.
+    """
+
+    places: Sequence[sympy.Expr | float]
+    forces: Sequence[sympy.Expr | float]
+    factor: sympy.Expr | float = 1
+    outer_slopes: OuterSlopes | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.places) < 2 or len(self.places) != len(self.forces):
+            raise MechanismError(
+                f"table of {len(self.places)} places and {len(self.forces)} forces: expected as many of "
+                "both, at least two"
+            )
+        for before, after in pairwise(self.places):
+            if sympy.sympify(after - before).is_nonpositive:
+                raise MechanismError(f"table: place {after} follows {before}; expected increasing places")
+
+    @property
+    def knots(self) -> Sequence[sympy.Expr | float]:
+        """Where the slope jumps."""
+        return self.places[1:-1] if self.outer_slopes is None else self.places
+
+    @property
+    def slopes(self) -> list[sympy.Expr]:
+        """The slope before the first knot, between each two, and after the last."""
+        points = pairwise(zip(self.places, self.forces, strict=True))
+        inner = [(f2 - f1) / (x2 - x1) for (x1, f1), (x2, f2) in points]
+        before, after = ([], []) if self.outer_slopes is None else ([s] for s in self.outer_slopes)
+        return [sympy.sympify(self.factor * slope) for slope in (*before, *inner, *after)]
+
+    def line(self, slopes: Sequence[sympy.Expr]) -> sympy.Expr:
+        """Force at zero of the line before the first knot."""
+        return self.factor * self.forces[0] - slopes[0] * self.places[0]
+
+    def force(self, program: Program, x: sympy.Expr) -> sympy.Expr:
+        """The force without branches: a line, and a change of slope beyond each knot."""
+        slopes = [program.let(slope) for slope in self.slopes]
+        bends = [
+            program.let(program.let(after - before) * program.let(sympy.Max(x - knot, 0)))
+            for knot, (before, after) in zip(self.knots, pairwise(slopes), strict=True)
+        ]
+        return program.let(sympy.Add(program.let(self.line(slopes)), program.let(slopes[0] * x), *bends))
+
+    def integral(self, x: sympy.Expr) -> sympy.Expr:
+        """Integral of the force from zero, up to a constant."""
+        slopes = self.slopes
+        bends = [
+            (after - before) * sympy.Max(x - knot, 0) ** 2 / 2
+            for knot, (before, after) in zip(self.knots, pairwise(slopes), strict=True)
+        ]
+        return sympy.Add(self.line(slopes) * x, slopes[0] * x**2 / 2, *bends)
+
+
+class Knotted(Potential):
+    """A table over the deflection or the rate: a linear analysis has to choose a slope at its knots."""
+
+    @property
+    @abstractmethod
+    def table(self) -> Table:
+        """The table."""
+
+    @property
+    def knots(self) -> Sequence[sympy.Expr | float]:
+        """Where the slope jumps."""
+        return self.table.knots
+
+    @staticmethod
+    @abstractmethod
+    def argument(deflection: sympy.Expr, rate: sympy.Expr) -> sympy.Expr:
+        """The one of both that the table is over."""
+
+    def force(
+        self, program: Program, deflection: sympy.Expr, rate: sympy.Expr, preload: sympy.Expr
+    ) -> sympy.Expr:
+        """The resisting force (N or N m)."""
+        return program.let(self.table.force(program, self.argument(deflection, rate)) + preload)
+
+    def slope(self, x: float, values: Mapping[str, float], rule: SlopeRule) -> float:
+        """Slope at a place for parameter values by name: the rule combines those on both sides."""
+        knots, slopes = ([_number(e, values) for e in each] for each in (self.table.knots, self.table.slopes))
+        left, right = (np.searchsorted(knots, x, side=side) for side in ("left", "right"))
+        return rule(slopes[left], slopes[right])
+
+
+@dataclass(frozen=True)
+class DamperTable(Knotted):
+    """Force over rate, linear between the points of a table.
+
+    Parameters
+    ----------
+    velocities, forces
+        The points, as parameters; velocities increase. At least two.
+    factor
+        Multiplies every force: one over a lever ratio squared, say.
+    outer_slopes
+        Slopes beyond the table's ends (N s/m) before the factor; None continues the end segments, `HELD`
+        holds the end forces.
+    """
+
+    velocities: Sequence[sympy.Expr | float]
+    forces: Sequence[sympy.Expr | float]
+    factor: sympy.Expr | float = 1
+    outer_slopes: OuterSlopes | None = None
+
+    def __post_init__(self) -> None:
+        _ = self.table
+
+    @property
+    def table(self) -> Table:
+        """The table over the rate."""
+        return Table(self.velocities, self.forces, self.factor, self.outer_slopes)
+
+    @staticmethod
+    def argument(deflection: sympy.Expr, rate: sympy.Expr) -> sympy.Expr:
+        """The rate."""
+        return rate
+
+    def dissipation(self, rate: sympy.Expr) -> sympy.Expr:
+        """Integral of the force over the rate (W)."""
+        return self.table.integral(rate)
+
+
+@dataclass(frozen=True)
+class SpringTable(Knotted):
+    """Force over deflection, linear between the points of a table: a progressive spring, a bump stop.
+
+    Parameters
+    ----------
+    deflections, forces
+        The points, as parameters; deflections increase. At least two.
+    factor
+        Multiplies every force.
+    outer_slopes
+        Slopes beyond the table's ends (N/m) before the factor; None continues the end segments, `HELD` holds
+        the end forces.
+    """
+
+    deflections: Sequence[sympy.Expr | float]
+    forces: Sequence[sympy.Expr | float]
+    factor: sympy.Expr | float = 1
+    outer_slopes: OuterSlopes | None = None
+
+    def __post_init__(self) -> None:
+        _ = self.table
+
+    @property
+    def table(self) -> Table:
+        """The table over the deflection."""
+        return Table(self.deflections, self.forces, self.factor, self.outer_slopes)
+
+    @staticmethod
+    def argument(deflection: sympy.Expr, rate: sympy.Expr) -> sympy.Expr:
+        """The deflection."""
+        return deflection
+
+    def potential(self, deflection: sympy.Expr, preload: sympy.Expr) -> sympy.Expr:
+        """Integral of the force over the deflection (J)."""
+        return self.table.integral(deflection) + preload * deflection
+
+
+def _number(expression: sympy.Expr | float, values: Mapping[str, float]) -> float:
+    """An expression of parameters for given values."""
+    expression = sympy.sympify(expression)
+    numbers = {symbol: sympy.Float(values[symbol.name]) for symbol in expression.free_symbols}
+    return float(expression.xreplace(numbers))
+
+
+def mean_slope(left: float, right: float) -> float:
+    """The mean of the slopes on both sides: the default rule at a knot."""
+    return 0.5 * (left + right)
