@@ -138,7 +138,7 @@ def _print_written_out(derived: EquationsOfMotion) -> None:
 
 def _write_article(file: Path, model: Model) -> None:
     from chassym.derivation.files import replace_file
-    from chassym.derivation.latex import to_latex
+    from chassym.derivation.reading.latex import to_latex
 
     replace_file(file, to_latex(model.equations, model.glossary).encode())
 

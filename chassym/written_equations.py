@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import sympy
 
     from chassym.derivation import EquationsOfMotion
-    from chassym.derivation.element_symbols import ElementSymbols
+    from chassym.derivation.reading.element_symbols import ElementSymbols
 
 SHORT = 320
 """Most characters of an energy for which it is printed: four lines."""
@@ -26,7 +26,7 @@ def written_energies(equations: EquationsOfMotion) -> Iterator[tuple[str, str]]:
     T = body_bounce_rate**2*sprung.mass/2 + unsprung.mass*wheel_bounce_rate**2/2
     V = body_bounce*gravity*sprung.mass + ... + tyre.stiffness*(-road + wheel_bounce)**2/2
     """
-    from chassym.derivation.lagrange_form import is_short
+    from chassym.derivation.reading.lagrange_form import is_short
 
     if not is_short(equations):
         return
@@ -60,9 +60,9 @@ def written_equations(equations: EquationsOfMotion) -> Iterator[tuple[str, str]]
     F_rear_shaft = damping.rear*v_rear_shaft + rear_torsion*stiffness.rear
     v_rear_shaft = rear_torsion_rate
     """
-    from chassym.derivation.element_symbols import element_symbols
-    from chassym.derivation.lagrange_form import masses
-    from chassym.derivation.written_form import expanded
+    from chassym.derivation.reading.element_symbols import element_symbols
+    from chassym.derivation.reading.lagrange_form import masses
+    from chassym.derivation.reading.written_form import expanded
 
     symbols, program = element_symbols(equations), equations.program
     names = [coordinate.name for coordinate in equations.coordinates]

@@ -1,6 +1,5 @@
 """From parameters and a mechanism to equations of motion and compiled functions."""
 
-from chassym.derivation.assembly import UnsupportedExpressionError
 from chassym.derivation.body import Body, Input, Point
 from chassym.derivation.characteristic import (
     Actuator,
@@ -10,7 +9,9 @@ from chassym.derivation.characteristic import (
     Polynomial,
     Unilateral,
 )
-from chassym.derivation.compiled_function import BoundFunction, CompiledFunction
+from chassym.derivation.compilation.assembly import UnsupportedExpressionError
+from chassym.derivation.compilation.compiled_function import BoundFunction, CompiledFunction
+from chassym.derivation.compilation.numeric import CompiledEquations
 from chassym.derivation.direction import Direction
 from chassym.derivation.element import ElementAnswer, ForceElement
 from chassym.derivation.energies import Energies
@@ -18,7 +19,6 @@ from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.equilibrium import EquilibriumError
 from chassym.derivation.errors import MechanismError
 from chassym.derivation.from_sympy import from_bodies, from_lagrangian
-from chassym.derivation.glossary import Entry, glossary
 from chassym.derivation.joint import (
     Coordinate,
     Joint,
@@ -31,12 +31,9 @@ from chassym.derivation.joint import (
     weld,
 )
 from chassym.derivation.lagrange import derive
-from chassym.derivation.lagrange_form import functions_of_time
 from chassym.derivation.lagrangian import ExpressionOutput, Lagrangian
-from chassym.derivation.latex import to_latex
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.model import Model
-from chassym.derivation.numeric import CompiledEquations
 from chassym.derivation.output import (
     AngularAcceleration,
     AngularVelocity,
@@ -61,6 +58,9 @@ from chassym.derivation.port import (
     TravelPort,
 )
 from chassym.derivation.program import Program
+from chassym.derivation.reading.glossary import Entry, glossary
+from chassym.derivation.reading.lagrange_form import functions_of_time
+from chassym.derivation.reading.latex import to_latex
 from chassym.derivation.schema import ParameterDefinition, ParameterError, Schema
 from chassym.derivation.singularity import Singularity
 from chassym.derivation.system import System

@@ -12,9 +12,9 @@ from chassym.derivation.element import ElementAnswer
 from chassym.derivation.energies import Energies
 from chassym.derivation.joint import Coordinate
 from chassym.derivation.kinks import switches
-from chassym.derivation.lagrange_form import lagrange_equations, written_out
-from chassym.derivation.latex import displayed
 from chassym.derivation.program import Program
+from chassym.derivation.reading.lagrange_form import lagrange_equations, written_out
+from chassym.derivation.reading.latex import displayed
 from chassym.derivation.solve import solve_tree
 from chassym.derivation.system import System
 

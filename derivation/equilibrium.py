@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from chassym.derivation.numeric import CompiledEquations
+from chassym.derivation.compilation.numeric import CompiledEquations
 
 TOLERANCE = 1e-9
 """Largest residual accepted at an equilibrium, relative to the largest generalised force of the weights."""

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 import sympy
 
-from chassym.derivation.compiled_function import BoundFunction
+from chassym.derivation.compilation.compiled_function import BoundFunction
+from chassym.derivation.compilation.numeric import CompiledEquations
 from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.equilibrium import design_residual, solve_preloads
-from chassym.derivation.glossary import Entry, glossary
-from chassym.derivation.numeric import CompiledEquations
 from chassym.derivation.parameters import Parameters
+from chassym.derivation.reading.glossary import Entry, glossary
 from chassym.derivation.schema import ParameterError
 from chassym.derivation.singularity import Singularity
 from chassym.derivation.system import System

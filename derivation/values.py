@@ -7,9 +7,9 @@ from typing import TypeAlias
 
 import sympy
 
+from chassym.derivation.compilation.numeric import CompiledEquations
 from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.model import Model
-from chassym.derivation.numeric import CompiledEquations
 from chassym.derivation.parameters import Parameter, Parameters
 from chassym.derivation.quantity import coherent_unit, parse_quantity, shown
 from chassym.derivation.schema import (

@@ -12,6 +12,7 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from chassym.derivation import Model, Singularity
+from chassym.derivation.singularity import LIMIT
 from chassym.nonlinear.excitation import Harmonic
 
 if TYPE_CHECKING:
@@ -130,6 +131,7 @@ class _Integration:
         self._buffer = np.zeros(model.argument_count)
         self._accelerations = model.accelerations.single()
         self._distances = model.knot_distances.single()
+        self._singularities = model.singularities.single()
         self._evaluations = 0
 
     def _load(self, time_s: float, state: np.ndarray) -> np.ndarray:
@@ -183,10 +185,15 @@ class _Integration:
 
     def _refuse_singular(self, solver: DOP853) -> None:
         """Stop where the last step came near, or through, the singularity of a rotation sequence."""
-        ends = np.array([solver.t_old, solver.t]), np.stack([solver.y_old, solver.y], axis=1)
-        near = self._model.nearest_singularity(_arguments(self._model, self._excitation, *ends))
-        if near is not None and near.is_harmful:
-            raise SimulationError(f"integration stopped at {solver.t:.6g} s: {near}")
+        before, after = (
+            self._singularities(self._load(time_s, state))
+            for time_s, state in ((solver.t_old, solver.y_old), (solver.t, solver.y))
+        )
+        if np.any((np.abs(after) < LIMIT) | (after * before < 0)):
+            ends = np.array([solver.t_old, solver.t]), np.stack([solver.y_old, solver.y], axis=1)
+            near = self._model.nearest_singularity(_arguments(self._model, self._excitation, *ends))
+            if near is not None and near.is_harmful:
+                raise SimulationError(f"integration stopped at {solver.t:.6g} s: {near}")
 
     def _solver(self, time_s: float, state: np.ndarray, end: float) -> DOP853:
         return DOP853(self._rates, time_s, state, end, rtol=self._tolerance, atol=1e-3 * self._tolerance)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
+from chassym.derivation.compilation.numeric import CompiledEquations
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.model import Model
-from chassym.derivation.numeric import CompiledEquations
 from chassym.derivation.parameters import Parameters, load_parameters
 from chassym.derivation.quantity import shown
 from chassym.derivation.schema import ParameterError, Schema

@@ -51,8 +51,8 @@ def refused(run, monkeypatch):
     def slow(*_):
         raise AssertionError("slow work began before the input was found wrong")
 
-    monkeypatch.setattr("chassym.derivation.numeric.derive", slow)
-    monkeypatch.setattr("chassym.derivation.numeric.CompiledEquations._function", slow)
+    monkeypatch.setattr("chassym.derivation.compilation.numeric.derive", slow)
+    monkeypatch.setattr("chassym.derivation.compilation.numeric.CompiledEquations._function", slow)
 
     def call(*words):
         status, out, err = run(*words)

@@ -23,14 +23,12 @@ from chassym.derivation import (
     Model,
     PointDisplacement,
     TravelPort,
-    cache,
     load_model,
-    machine_code,
-    numeric,
     prismatic,
     revolute,
 )
 from chassym.derivation.characteristic import Characteristic
+from chassym.derivation.compilation import cache, machine_code, numeric
 from chassym.derivation.program import Program
 
 SOURCE = cache.Source(("m", "k"), 2, (0, 1), (0, 0), cache.pack("define void @kernel()"))

@@ -15,10 +15,10 @@ from chassym.derivation import (
     spherical,
     vehicle_names,
 )
-from chassym.derivation.element_symbols import element_symbols
-from chassym.derivation.glossary import glossary
-from chassym.derivation.lagrange_form import is_short
-from chassym.derivation.written_form import straight_line_form, written_form
+from chassym.derivation.reading.element_symbols import element_symbols
+from chassym.derivation.reading.glossary import glossary
+from chassym.derivation.reading.lagrange_form import is_short
+from chassym.derivation.reading.written_form import straight_line_form, written_form
 
 PARSER = MathTextParser("path")
 

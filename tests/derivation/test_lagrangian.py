@@ -16,9 +16,9 @@ from chassym.derivation import (
     Model,
     derive,
 )
+from chassym.derivation.compilation.structure import describe
 from chassym.derivation.from_sympy import from_lagrangian
 from chassym.derivation.lagrangian import ExpressionOutput, Lagrangian
-from chassym.derivation.structure import describe
 from chassym.derivation.values import build_model
 from chassym.linear import damped_modes, frequency_response, linearise
 from chassym.nonlinear import Harmonic, simulate, steady_state

@@ -21,12 +21,12 @@ from chassym.derivation import (
     spherical,
     vehicle_names,
 )
-from chassym.derivation.element_symbols import element_symbols
-from chassym.derivation.lagrange_form import functions_of_time, is_short, written_size
-from chassym.derivation.latex import displayed, to_latex
-from chassym.derivation.tidy import tidied
-from chassym.derivation.typesetting import WIDEST, width
-from chassym.derivation.written_form import straight_line_form, written_form
+from chassym.derivation.reading.element_symbols import element_symbols
+from chassym.derivation.reading.lagrange_form import functions_of_time, is_short, written_size
+from chassym.derivation.reading.latex import displayed, to_latex
+from chassym.derivation.reading.tidy import tidied
+from chassym.derivation.reading.typesetting import WIDEST, width
+from chassym.derivation.reading.written_form import straight_line_form, written_form
 
 from .latex_reader import equations_of, evaluate
 

@@ -20,9 +20,9 @@ from chassym.derivation import (
     Program,
     prismatic,
 )
-from chassym.derivation.assembly import Kernel, UnsupportedExpressionError, assembly
-from chassym.derivation.instructions import LANES
-from chassym.derivation.machine_code import compile_assembly, link
+from chassym.derivation.compilation.assembly import Kernel, UnsupportedExpressionError, assembly
+from chassym.derivation.compilation.instructions import LANES
+from chassym.derivation.compilation.machine_code import compile_assembly, link
 
 X, Y, C, D = sympy.symbols("x y c d", real=True)
 COUNTS = (1, 7, 8, 9, 100)

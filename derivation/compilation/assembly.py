@@ -8,7 +8,14 @@ from dataclasses import dataclass
 
 import sympy
 
-from chassym.derivation.instructions import LANES, VECTOR, Instructions, lane_by_lane, splat, splat_truth
+from chassym.derivation.compilation.instructions import (
+    LANES,
+    VECTOR,
+    Instructions,
+    lane_by_lane,
+    splat,
+    splat_truth,
+)
 
 
 @dataclass(frozen=True)

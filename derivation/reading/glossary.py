@@ -10,12 +10,12 @@ import sympy
 
 from chassym.derivation.body import Body, Input
 from chassym.derivation.element import ForceElement
-from chassym.derivation.element_symbols import ElementSymbols, element_symbols
 from chassym.derivation.joint import Step
-from chassym.derivation.letters import coordinate_glyph, input_glyph, named_glyph, parameter_glyph
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.parameters import Parameters
-from chassym.derivation.typography import Glyph, typeset
+from chassym.derivation.reading.element_symbols import ElementSymbols, element_symbols
+from chassym.derivation.reading.letters import coordinate_glyph, input_glyph, named_glyph, parameter_glyph
+from chassym.derivation.reading.typography import Glyph, typeset
 
 if TYPE_CHECKING:
     from chassym.derivation.equations_of_motion import EquationsOfMotion

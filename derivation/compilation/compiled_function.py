@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from chassym.derivation import cache, machine_code
-from chassym.derivation.instructions import LANES
+from chassym.derivation.compilation import cache, machine_code
+from chassym.derivation.compilation.instructions import LANES
 
 Array = np.ndarray
 _Address = Callable[[int, int, int, int, int], None]

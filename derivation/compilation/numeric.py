@@ -12,14 +12,18 @@ from pathlib import Path
 import numpy as np
 import sympy
 
-from chassym.derivation import cache, machine_code
-from chassym.derivation.assembly import Kernel, assembly
-from chassym.derivation.compiled_function import CompiledFunction
+from chassym.derivation.compilation import cache, machine_code
+from chassym.derivation.compilation.assembly import Kernel, assembly
+from chassym.derivation.compilation.compiled_function import CompiledFunction
+from chassym.derivation.compilation.structure import describe
 from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.lagrange import derive
 from chassym.derivation.program import Program
-from chassym.derivation.structure import describe
 from chassym.derivation.system import System
+
+_FOLDER = Path(__file__).parent
+_OWN_SOURCES = {*_FOLDER.glob("*.py"), *_FOLDER.parent.glob("*.py")}
+"""Modules that have a part in what is compiled: these and those that derive."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +146,7 @@ class CompiledEquations:
         """
         try:
             described, classes = describe(self.system)
-            modules = {Path(inspect.getfile(c)) for c in classes} | set(Path(__file__).parent.glob("*.py"))
+            modules = {Path(inspect.getfile(c)) for c in classes} | _OWN_SOURCES
             sources = [path.read_text(encoding="utf-8") for path in sorted(modules)]
             return "\0".join([described, sympy.__version__, np.__version__, *sources])
         except (OSError, TypeError, ValueError):

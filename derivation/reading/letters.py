@@ -9,7 +9,7 @@ from sympy.core.alphabets import greeks
 
 from chassym.derivation.body import Input
 from chassym.derivation.joint import Coordinate, Step
-from chassym.derivation.typography import Glyph
+from chassym.derivation.reading.typography import Glyph
 
 WORDS = {
     "mass": ("m", ("kg",)),

@@ -10,7 +10,7 @@ import sympy
 from chassym.derivation.errors import MechanismError
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.program import Program
-from chassym.derivation.tidy import sorted_by, tidied
+from chassym.derivation.reading.tidy import sorted_by, tidied
 
 if TYPE_CHECKING:
     from chassym.derivation.body import Input

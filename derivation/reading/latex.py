@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from chassym.derivation.element_symbols import element_symbols
-from chassym.derivation.glossary import Entry, glossary
-from chassym.derivation.lagrange_form import is_short
-from chassym.derivation.typesetting import Typesetter, filled
-from chassym.derivation.typography import escaped, unit_latex
-from chassym.derivation.written_form import Row, straight_line_form, written_form
+from chassym.derivation.reading.element_symbols import element_symbols
+from chassym.derivation.reading.glossary import Entry, glossary
+from chassym.derivation.reading.lagrange_form import is_short
+from chassym.derivation.reading.typesetting import Typesetter, filled
+from chassym.derivation.reading.typography import escaped, unit_latex
+from chassym.derivation.reading.written_form import Row, straight_line_form, written_form
 
 if TYPE_CHECKING:
     from chassym.derivation.equations_of_motion import EquationsOfMotion

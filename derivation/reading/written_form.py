@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from chassym.derivation.element_symbols import element_symbols
-from chassym.derivation.lagrange_form import masses
 from chassym.derivation.program import Program
-from chassym.derivation.tidy import sorted_by, tidied
+from chassym.derivation.reading.element_symbols import element_symbols
+from chassym.derivation.reading.lagrange_form import masses
+from chassym.derivation.reading.tidy import sorted_by, tidied
 
 if TYPE_CHECKING:
     from chassym.derivation.equations_of_motion import EquationsOfMotion

@@ -1,0 +1,1 @@
+"""Equations for people: energies and Lagrange's equations written out, a glossary of symbols, LaTeX."""
