@@ -10,6 +10,7 @@ from itertools import permutations
 
 import mujoco
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -400,10 +401,23 @@ def by_engine(tree: Tree, arguments: Array) -> Motion:
     return Motion(*(np.stack(parts, axis=-1) for parts in zip(*found, strict=True)))
 
 
-@settings(RANDOM, max_examples=28)
-@given(tree=trees(most_bodies=10))
+@settings(RANDOM, max_examples=10)
+@given(tree=trees(most_bodies=6))
 def test_motion(tree: Tree, lambdified: Callable) -> None:
-    """Mass matrix, accelerations under random pushes, and energies.
+    """Mass matrix, accelerations under random pushes, and energies, of a few small trees in every run."""
+    check_motion(tree, lambdified)
+
+
+@pytest.mark.slow
+@settings(RANDOM, max_examples=100)
+@given(tree=trees(most_bodies=10))
+def test_motion_of_many_trees(tree: Tree, lambdified: Callable) -> None:
+    """The same of a hundred trees of up to ten bodies."""
+    check_motion(tree, lambdified)
+
+
+def check_motion(tree: Tree, lambdified: Callable) -> None:
+    """Compare with MuJoCo.
 
     Accelerations agree to 1e-12 of their norm as long as M has a condition number below 1000. Rounding in M
     comes back multiplied by it, so that the tolerance grows in proportion: 1e-9 at 1e6.

@@ -250,8 +250,9 @@ class Chain:
 UPPER = ((0.1, -0.2, 0.3), (0.25, 0.15, -0.35), 1.7, (0.05, 0.07, 0.04))
 LOWER = ((0.4, -0.3, -0.5), (0.9, 0.2, -0.7), 0.9, (0.02, 0.03, 0.025))
 TIP = (1.1, -0.4, -0.2)
+LONGEST = "yaw, pitch and roll, then pitch"
 CHAINS = {
-    "yaw, pitch and roll, then pitch": Chain((Segment("zyx", *UPPER), Segment("y", *LOWER)), 9.81),
+    LONGEST: Chain((Segment("zyx", *UPPER), Segment("y", *LOWER)), 9.81),
     "no axis along gravity": Chain((Segment("xy", *UPPER), Segment("x", *LOWER)), 9.81),
     "without gravity": Chain((Segment("y", *UPPER), Segment("xz", *LOWER)), 0.0),
     "slides between turns": Chain((Segment("Xy", *UPPER), Segment("Zx", *LOWER)), 9.81),
@@ -355,13 +356,15 @@ def along(frame: ReferenceFrame, components: Sequence[float]) -> Vector:
     return sum((float(c) * axis for c, axis in zip(components, frame, strict=True)), 0 * frame.x)
 
 
-@pytest.mark.parametrize("name", CHAINS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(LONGEST, marks=pytest.mark.slow), *(n for n in CHAINS if n != LONGEST)]
+)
 def test_spatial_chain(name: str, lambdified: Callable) -> None:
     chain = CHAINS[name]
     compare(derive(chain_mechanism(chain)), chain_by_textbook(chain), lambdified, {})
 
 
-@pytest.mark.parametrize("name", ["yaw, pitch and roll, then pitch", "slides between turns"])
+@pytest.mark.parametrize("name", [LONGEST, "slides between turns"])
 def test_compiled_accelerations_of_a_chain(name: str, lambdified: Callable) -> None:
     """Machine code solves M q'' = Q - h as numpy does."""
     compiled = CompiledEquations(chain_mechanism(CHAINS[name]))

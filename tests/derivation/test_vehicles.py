@@ -368,7 +368,7 @@ def test_coordinates_are_twists_against_the_free_section(
     assert names[BODY:-4] == [f"{twist}_torsion" for twist in twists]
 
 
-@pytest.mark.parametrize("sections", [3, 6, 12, 24])
+@pytest.mark.parametrize("sections", [3, 6, 12, pytest.param(24, marks=pytest.mark.slow)])
 def test_first_torsion_of_the_free_body_is_kept(sedan: Model, sections: int) -> None:
     """Equal inertias, w^2 = 3 k / J, in the body's mechanism and as a chain by hand."""
     expected = math.sqrt(5e6 / 126) / (2 * math.pi)
