@@ -62,20 +62,22 @@ def written_equations(equations: EquationsOfMotion) -> Iterator[tuple[str, str]]
     """
     from chassym.derivation.reading.element_symbols import element_symbols
     from chassym.derivation.reading.lagrange_form import masses
+    from chassym.derivation.reading.tidy import without_rounding
     from chassym.derivation.reading.written_form import expanded
 
     symbols, program = element_symbols(equations), equations.program
     names = [coordinate.name for coordinate in equations.coordinates]
     short = {**symbols.printed_rates, **symbols.printed_forces}
     gathered = [*short.values(), *masses(equations)]
-    for i, row in enumerate(equations.mass_matrix):
-        for j, entry in enumerate(expanded(program, row[i:], short), start=i):
+    mass = [expanded(program, row, short) for row in equations.mass_matrix]
+    for i, row in enumerate(mass):
+        for j, entry in enumerate(row[i:], start=i):
             if entry != 0:
                 yield f"M[{names[i]}, {names[j]}]", _tidy(entry, gathered)
     forces = expanded(program, equations.generalized_forces, short)
     bias = expanded(program, equations.bias, short)
-    for name, force, rest in zip(names, forces, bias, strict=True):
-        yield f"f[{name}]", _tidy(force - rest, gathered)
+    for name, row, force, rest in zip(names, mass, forces, bias, strict=True):
+        yield f"f[{name}]", _tidy(force - without_rounding(rest, beside=row), gathered)
     yield from _force_laws(program.definitions, symbols, lambda law: expanded(program, [law], short)[0])
 
 
@@ -97,6 +99,8 @@ def _tidy(built: sympy.Expr, gathered: Sequence[sympy.Symbol]) -> str:
     """An expression as it was built, or sorted by forces and masses, whichever is shorter."""
     from sympy import collect, cos, expand, factor, sin
 
+    from chassym.derivation.reading.tidy import without_rounding
+
     squares = {sine**2: 1 - cos(*sine.args) ** 2 for sine in built.atoms(sin)}
-    simplified = collect(expand(expand(built).subs(squares)), gathered, factor)
-    return min(str(built), str(simplified), key=len)
+    spread = without_rounding(expand(expand(built).subs(squares)))
+    return min(str(without_rounding(built)), str(collect(spread, gathered, factor)), key=len)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, SupportsIndex
 
 import sympy
 
-from chassym.derivation.joint import Joint, weld
+from chassym.derivation.joint import Joint, Step, weld
 from chassym.derivation.vector import ZERO, SymmetricTensor, Vector, diagonal
 
 
@@ -31,12 +31,17 @@ class Body:
     """
 
     name: str
-    parent: Body | None
+    parent: Body | None = field(repr=False)
     joint: Joint
     origin: Vector
     mass: sympy.Expr
     mass_centre: Vector
     inertia: SymmetricTensor
+
+    @property
+    def is_massless(self) -> bool:
+        """Whether it has neither mass nor inertia."""
+        return self.mass == 0 and not any(self.inertia.components())
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple[Any, ...]:
         """The ground is one object of a process: it is pickled by its name."""
@@ -45,6 +50,19 @@ class Body:
 
 GROUND = Body("ground", None, weld(), ZERO, sympy.S.Zero, ZERO, diagonal(*ZERO))
 """The inertial frame, Z up."""
+
+
+def rotation_sequence(body: Body) -> tuple[Step, ...]:
+    """The three rotations that a body stands on, which are singular in some position.
+
+    Slides between them turn nothing, and a parent without mass is a part of the joint: a gimbal. Empty if
+    there are fewer or more than three.
+    """
+    steps, carrier = body.joint.steps, body.parent
+    while carrier is not None and carrier is not GROUND and carrier.is_massless:
+        steps, carrier = carrier.joint.steps + steps, carrier.parent
+    rotations = tuple(step for step in steps if step.is_rotation)
+    return rotations if len(rotations) == 3 and not body.is_massless else ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import sympy
 from chassym.derivation.body import Input
 from chassym.derivation.errors import MechanismError
 from chassym.derivation.program import Program
+from chassym.derivation.validation import expect, scalar
 
 
 class Characteristic(ABC):
@@ -67,6 +68,10 @@ class Linear(Potential):
     damping: sympy.Expr | float = 0
     preload: sympy.Expr | float = 0
 
+    def __post_init__(self) -> None:
+        for name in ("stiffness", "damping", "preload"):
+            scalar(f"linear law: {name}", getattr(self, name))
+
     def force(
         self, program: Program, deflection: sympy.Expr, rate: sympy.Expr, preload: sympy.Expr
     ) -> sympy.Expr:
@@ -95,6 +100,10 @@ class Polynomial(Potential):
 
     stiffness: Sequence[sympy.Expr | float] = ()
     damping: Sequence[sympy.Expr | float] = ()
+
+    def __post_init__(self) -> None:
+        for coefficient in (*self.stiffness, *self.damping):
+            scalar("polynomial: coefficient", coefficient)
 
     def force(
         self, program: Program, deflection: sympy.Expr, rate: sympy.Expr, preload: sympy.Expr
@@ -142,6 +151,11 @@ class ForceLaw(Characteristic):
     deflection: sympy.Symbol | None = None
     rate: sympy.Symbol | None = None
 
+    def __post_init__(self) -> None:
+        scalar("force law", self.expression)
+        for symbol in (self.deflection, self.rate):
+            expect("force law: variable", symbol, sympy.Symbol, type(None))
+
     def force(
         self, program: Program, deflection: sympy.Expr, rate: sympy.Expr, preload: sympy.Expr
     ) -> sympy.Expr:
@@ -159,6 +173,9 @@ class Unilateral(Characteristic):
     """
 
     law: Characteristic
+
+    def __post_init__(self) -> None:
+        expect("unilateral law", self.law, Characteristic)
 
     def force(
         self, program: Program, deflection: sympy.Expr, rate: sympy.Expr, preload: sympy.Expr
@@ -190,6 +207,7 @@ class Actuator(Characteristic):
     command: Input
 
     def __post_init__(self) -> None:
+        expect("actuator", self.command, Input, hint="mechanism.add_input gives one")
         if self.command.unit not in ("N", "N*m"):
             raise MechanismError(
                 f"actuator: input {self.command.name!r} is in {self.command.unit}; expected 'N' or 'N*m'"

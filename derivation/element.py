@@ -27,8 +27,13 @@ class ForceElement:
 
 @dataclass(frozen=True)
 class ElementAnswer:
-    """An element's deflection, rate and resisting force, as names of a program."""
+    """An element's deflection, rate and resisting force, as names of a program.
+
+    The part of the force that a table states, if there is one, has a name of its own: `tabulated`, otherwise
+    the force.
+    """
 
     deflection: sympy.Symbol
     rate: sympy.Symbol
     force: sympy.Symbol
+    tabulated: sympy.Symbol

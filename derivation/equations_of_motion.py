@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import sympy
 
 from chassym.derivation.element import ElementAnswer
 from chassym.derivation.energies import Energies
+from chassym.derivation.errors import MechanismError
 from chassym.derivation.joint import Coordinate
 from chassym.derivation.kinks import switches
 from chassym.derivation.program import Program
@@ -111,15 +113,24 @@ class EquationsOfMotion:
         for name, slope in self.system.slopes.items():
             answer = self.elements[name]
             variable = self.system.knotted[name].argument(answer.deflection, answer.rate)
-            stated[answer.force] = {variable: slope}
+            stated[answer.tabulated] = {variable: slope}
         return self.program.differentiate(self._results, self.arguments, stated)
 
     def jacobian(self, variables: Sequence[sympy.Symbol]) -> list[list[sympy.Expr]]:
         """Exact derivatives of residual and outputs, shape (n + outputs, variables), by any symbols.
 
         The symbols are arguments or parameters. Where a force bends, the derivative is the mean of both
-        sides'.
+        sides' for Max, Min and Abs, and that of the piece which holds there for a Piecewise.
+
+        Raises
+        ------
+        ValueError
+            If a symbol is neither.
         """
+        known = {*self.arguments, *self.parameters}
+        for variable in variables:
+            if variable not in known:
+                raise ValueError(f"variables: {variable!r} is no argument or parameter of the equations")
         return self.program.differentiate(self._results, variables)
 
     @property
@@ -132,8 +143,14 @@ class EquationsOfMotion:
         program = self.program
         definitions = program.required(self._results)
         mentioned = set().union(*(e.free_symbols for e in (*definitions.values(), *self._results)))
-        rest = mentioned - set(definitions) - set(self.arguments)
-        return tuple(sorted(rest, key=lambda symbol: str(symbol.name)))
+        rest = sorted(mentioned - set(definitions) - set(self.arguments), key=lambda symbol: str(symbol.name))
+        for one, other in pairwise(rest):
+            if one.name == other.name:
+                raise MechanismError(
+                    f"{self.system.name!r}: {one.name!r} stands for two symbols of different assumptions; "
+                    "use one"
+                )
+        return tuple(rest)
 
     @cached_property
     def knot_distances(self) -> list[sympy.Expr]:

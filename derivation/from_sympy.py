@@ -46,8 +46,9 @@ def from_lagrangian(
     Parameters
     ----------
     lagrangian
-        L (J) in coordinates, inputs and their rates. Terms of the sum, as it is written, that contain a rate
-        make the kinetic energy of the result's `energies`, the others the potential energy.
+        L (J) in coordinates, inputs and their rates. Terms of the sum that contain a rate make the kinetic
+        energy of the result's `energies`, the others the potential energy; a product of sums is a sum of
+        products, a power is one term.
     coordinates
         The generalised coordinates, in order. The linear stage takes their zero for the position of rest.
     name

@@ -28,6 +28,10 @@ def inertia_tensor(name: str, inertia: Inertia) -> SymmetricTensor:
     MechanismError
         If it is neither, or not symmetric.
     """
+    if not isinstance(inertia, Sequence | np.ndarray | sympy.MatrixBase):
+        raise MechanismError(
+            f"body {name!r}: inertia {inertia}; expected three principal moments or three rows"
+        )
     rows = inertia.tolist() if isinstance(inertia, sympy.MatrixBase) else list(inertia)
     if len(rows) == 3 and not any(isinstance(row, Sequence | np.ndarray) for row in rows):
         return diagonal(*vector(rows))

@@ -72,12 +72,6 @@ class Joint:
         """This joint followed by another one at the same place."""
         return Joint(self.steps + other.steps)
 
-    @property
-    def rotation_sequence(self) -> tuple[Step, ...]:
-        """Three rotations in a row, which are singular in some position; empty if there are no such three."""
-        triples = zip(self.steps, self.steps[1:], self.steps[2:], strict=False)
-        return next((steps for steps in triples if all(step.is_rotation for step in steps)), ())
-
 
 def weld() -> Joint:
     """No relative motion."""

@@ -14,7 +14,7 @@ from functools import singledispatch
 
 import sympy
 
-from chassym.derivation.body import AppliedForce, Body
+from chassym.derivation.body import AppliedForce, Body, rotation_sequence
 from chassym.derivation.element import ElementAnswer, ForceElement
 from chassym.derivation.energies import tree_energies
 from chassym.derivation.equations_of_motion import EquationsOfMotion
@@ -26,6 +26,7 @@ from chassym.derivation.output import Measured
 from chassym.derivation.program import Program
 from chassym.derivation.rotation import rotation
 from chassym.derivation.system import System
+from chassym.derivation.table import knotted_part
 from chassym.derivation.vector import (
     ZERO,
     SymmetricTensor,
@@ -58,6 +59,7 @@ def derive(system: System) -> EquationsOfMotion:
 @derive.register
 def _of_mechanism(mechanism: Mechanism) -> EquationsOfMotion:
     """The equations of a tree of bodies."""
+    mechanism = mechanism.snapshot()
     mechanism.check()
     start = time.perf_counter()
     program = Program()
@@ -94,8 +96,10 @@ def _answer(kinematics: Kinematics, element: ForceElement) -> ElementAnswer:
     program, preload = kinematics.program, element.preload or sympy.S.Zero
     deflection = program.assign(element.port.deflection(kinematics))
     rate = program.assign(element.port.rate(kinematics))
-    force = element.characteristic.force(program, deflection, rate, preload)
-    return ElementAnswer(deflection, rate, program.assign(force))
+    force = program.assign(element.characteristic.force(program, deflection, rate, preload))
+    law = knotted_part(element.characteristic)
+    tabulated = force if law is None else law.value(program, deflection, rate)
+    return ElementAnswer(deflection, rate, force, tabulated)
 
 
 def _generalized_forces(
@@ -136,8 +140,8 @@ def _singularities(kinematics: Kinematics, bodies: Sequence[Body]) -> dict[str, 
     """
     program, found = kinematics.program, {}
     for body in bodies:
-        if body.joint.rotation_sequence:
-            first, second, third = body.joint.rotation_sequence
+        if sequence := rotation_sequence(body):
+            first, second, third = sequence
             turned = rotation(program, second.axis, second.coordinate.position).to_parent(program, third.axis)
             normal = cross(program, first.axis, second.axis)
             found[body.name] = program.let(dot(normal, turned))

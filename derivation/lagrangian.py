@@ -44,7 +44,8 @@ class Lagrangian:
         For reading.
     lagrangian
         L (J) in coordinates, rates, inputs and input rates. Terms of the sum that contain a rate count as
-        kinetic energy, the others as potential energy.
+        kinetic energy, the others as potential energy; a product of sums is a sum of products, a power is
+        one term.
     coordinates, inputs, outputs
         In order; outputs may contain accelerations.
     dissipation
@@ -105,6 +106,10 @@ class Lagrangian:
                     f"system {self.name!r}: the name {name!r} is taken; every coordinate, rate, "
                     "acceleration, input and output needs its own"
                 )
+
+    def snapshot(self) -> Lagrangian:
+        """Itself: it cannot change."""
+        return self
 
     @property
     def rotation_sequences(self) -> tuple[str, ...]:
@@ -203,10 +208,29 @@ def _split(
     program: Program, lagrangian: sympy.Expr, rates: set[sympy.Symbol]
 ) -> tuple[sympy.Expr, sympy.Expr]:
     """The terms of the sum that contain rates, and the others with their sign changed."""
-    terms = sympy.Add.make_args(lagrangian)
-    kinetic = [term for term in terms if term.free_symbols & rates]
-    potential = [-term for term in terms if not term.free_symbols & rates]
-    return program.absorb(sympy.Add(*kinetic)), program.absorb(sympy.Add(*potential))
+    moving, still = _parted(lagrangian, rates)
+    return program.absorb(moving), program.absorb(-still)
+
+
+def _parted(expression: sympy.Expr, rates: set[sympy.Symbol]) -> tuple[sympy.Expr, sympy.Expr]:
+    """The terms that contain rates, and the others, of a sum whose products are multiplied out if mixed.
+
+    (a + b) (c + d) with the rates in a and c is a (c + d) + b c, and b d: as many terms as factors.
+    """
+    if not expression.free_symbols & rates:
+        return sympy.S.Zero, expression
+    if not (expression.is_Add or expression.is_Mul):
+        return expression, sympy.S.Zero
+    parts = [_parted(each, rates) for each in expression.args]
+    if expression.is_Add:
+        return sympy.Add(*(moving for moving, _ in parts)), sympy.Add(*(still for _, still in parts))
+    if any(still == 0 for _, still in parts):
+        return expression, sympy.S.Zero
+    products, before = [], sympy.S.One
+    for place, (moving, still) in enumerate(parts, start=1):
+        products.append(before * moving * sympy.Mul(*expression.args[place:]))
+        before *= still
+    return sympy.Add(*products), before
 
 
 def _check_inertia(system: Lagrangian, matrix: Sequence[Sequence[sympy.Expr]]) -> None:

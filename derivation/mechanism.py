@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import sympy
 
-from chassym.derivation.body import GROUND, AppliedForce, AppliedTorque, Body, Input, Point
-from chassym.derivation.characteristic import Characteristic
+from chassym.derivation.body import (
+    GROUND,
+    AppliedForce,
+    AppliedTorque,
+    Body,
+    Input,
+    Point,
+    rotation_sequence,
+)
+from chassym.derivation.characteristic import Actuator, Characteristic
 from chassym.derivation.direction import Direction, unit_vector
 from chassym.derivation.element import ForceElement
 from chassym.derivation.errors import MechanismError
@@ -17,11 +26,16 @@ from chassym.derivation.joint import Coordinate, Joint
 from chassym.derivation.output import Output
 from chassym.derivation.port import Port, TravelPort
 from chassym.derivation.references import references
-from chassym.derivation.table import Knotted
+from chassym.derivation.symbol_names import check_symbols
+from chassym.derivation.table import Knotted, knotted_part
+from chassym.derivation.validation import expect, place, scalar
 from chassym.derivation.vector import vector
 
 Place = Sequence[sympy.Expr | float]
 """Three components of a design position (m)."""
+
+INPUT_UNITS = ("m", "rad", "N", "N*m", "1")
+"""Units of inputs: SI, so that nothing has to be converted in the equations."""
 
 
 @dataclass(eq=False, repr=False)
@@ -58,6 +72,17 @@ class Mechanism:
     _names: set[str] = field(default_factory=set, init=False)
     _symbols: set[str] = field(default_factory=set, init=False)
 
+    def __post_init__(self) -> None:
+        scalar(f"mechanism {self.name!r}: gravity", self.gravity)
+
+    def snapshot(self) -> Mechanism:
+        """The mechanism as it is now: what is added to this one later does not change that one."""
+        taken = copy.copy(self)
+        for name, value in vars(self).items():
+            if isinstance(value, list | set):
+                setattr(taken, name, value.copy())
+        return taken
+
     def __repr__(self) -> str:
         counts = (
             f"{len(self.bodies)} bodies, {len(self.coordinates)} coordinates, {len(self.elements)} elements"
@@ -77,7 +102,7 @@ class Mechanism:
     @property
     def rotation_sequences(self) -> tuple[str, ...]:
         """Bodies on three rotations in a row, which are singular in some position."""
-        return tuple(body.name for body in self.bodies if body.joint.rotation_sequence)
+        return tuple(body.name for body in self.bodies if rotation_sequence(body))
 
     @property
     def preloads(self) -> tuple[sympy.Symbol, ...]:
@@ -92,7 +117,8 @@ class Mechanism:
     @property
     def knotted(self) -> dict[str, Knotted]:
         """Every characteristic with knots, by its element's name."""
-        return {e.name: e.characteristic for e in self.elements if isinstance(e.characteristic, Knotted)}
+        found = {element.name: knotted_part(element.characteristic) for element in self.elements}
+        return {name: law for name, law in found.items() if law is not None}
 
     def coordinate(self, name: str) -> Coordinate:
         """A coordinate by its name.
@@ -148,11 +174,12 @@ class Mechanism:
             If a name is taken, the parent is not in this mechanism, or no body can have such mass or inertia.
         """
         self._check_place_in_tree(name, parent)
-        mass, start = sympy.sympify(mass), vector(origin)
-        if mass.is_number and not (mass.is_finite and mass >= 0):
-            raise MechanismError(f"body {name!r}: mass {mass}; expected a finite number, zero or greater")
-        centre = start if mass_centre is None else vector(mass_centre)
-        about = centre if inertia_about is None else vector(inertia_about)
+        expect(f"body {name!r}: joint", joint, Joint)
+        mass, start = scalar(f"body {name!r}: mass", mass), place(f"body {name!r}: origin", origin)
+        if mass.is_negative:
+            raise MechanismError(f"body {name!r}: mass {mass}; expected zero or greater")
+        centre = start if mass_centre is None else place(f"body {name!r}: mass centre", mass_centre)
+        about = centre if inertia_about is None else place(f"body {name!r}: inertia_about", inertia_about)
         offset = vector([a - b for a, b in zip(about, centre, strict=True)])
         tensor = about_mass_centre(inertia_tensor(name, inertia), mass, offset)
         check_inertia(name, tensor)
@@ -170,12 +197,23 @@ class Mechanism:
         MechanismError
             If the body is not in this mechanism.
         """
-        found = Point(name, body, vector(position))
+        expect(f"point {name!r}: body", body, Body)
+        found = Point(name, body, place(f"point {name!r}", position))
         self._check_references(f"point {name!r}", found)
         return found
 
     def add_input(self, name: str, unit: str, description: str = "") -> Input:
-        """Add a prescribed motion, or the command of an actuator in "N" or "N*m"."""
+        """Add a prescribed motion in "m" or "rad", or the command of an actuator in "N" or "N*m".
+
+        Raises
+        ------
+        MechanismError
+            If the name is taken, or the unit is none of these, nor "1".
+        """
+        if unit not in INPUT_UNITS:
+            raise MechanismError(
+                f"input {name!r}: unit {unit!r} received, expected one of {', '.join(INPUT_UNITS)}"
+            )
         found = Input(name, unit, description)
         self._claim([name], [found.position, found.rate])
         self.inputs.append(found)
@@ -191,9 +229,16 @@ class Mechanism:
         MechanismError
             If the name is taken, or the port is on something that is not in this mechanism.
         """
+        expect(f"force element {name!r}: port", port, Port)
+        expect(f"force element {name!r}: characteristic", characteristic, Characteristic)
         preload = sympy.Symbol(f"{name}.preload", real=True) if preloaded else None
         element = ForceElement(name, port, characteristic, preload)
         self._check_references(f"force element {name!r}", element)
+        if isinstance(characteristic, Actuator) and characteristic.command.unit != element.unit:
+            raise MechanismError(
+                f"force element {name!r}: its command is in {characteristic.command.unit}, expected "
+                f"{element.unit}, which works on a deflection in {port.unit}"
+            )
         self._claim([name])
         self.elements.append(element)
         return element
@@ -214,10 +259,14 @@ class Mechanism:
         MechanismError
             As for `add_force_element`, and for an axis that is not "x", "y" or "z".
         """
+        for axis, law in laws.items():
+            unit_vector(axis, f"bushing {name!r}: axis")
+            expect(f"bushing {name!r}: characteristic", law, Characteristic)
+        ports = {axis: TravelPort(point, frame, axis) for axis in laws}
+        self._check_references(f"bushing {name!r}", tuple(ports.values()))
+        self._check_free([f"{name}_{axis}" for axis in laws])
         return {
-            axis: self.add_force_element(
-                f"{name}_{axis}", TravelPort(point, frame, axis), law, preloaded=preloaded
-            )
+            axis: self.add_force_element(f"{name}_{axis}", ports[axis], law, preloaded=preloaded)
             for axis, law in laws.items()
         }
 
@@ -247,6 +296,7 @@ class Mechanism:
         MechanismError
             If the name is taken, or it measures something that is not in this mechanism.
         """
+        expect("output", output, Output)
         self._check_references(f"output {output.name!r}", output)
         self._claim([output.name])
         self.outputs.append(output)
@@ -257,11 +307,15 @@ class Mechanism:
         Raises
         ------
         MechanismError
-            If a body that moves carries, with all that hangs on it, neither mass nor inertia.
+            If nothing moves; if a body that moves carries, with all that hangs on it, neither mass nor
+            inertia; or if a symbol means two things.
         """
+        if not self.coordinates:
+            raise MechanismError(f"mechanism {self.name!r} has no coordinates: nothing in it moves")
+        check_symbols(self)
         carrying = set()
         for body in reversed(self.bodies):
-            if body in carrying or body.mass != 0 or any(body.inertia.components()):
+            if body in carrying or not body.is_massless:
                 carrying.add(body.parent)
             elif body.joint.steps:
                 raise MechanismError(
@@ -270,6 +324,7 @@ class Mechanism:
                 )
 
     def _check_place_in_tree(self, name: str, parent: Body) -> None:
+        expect(f"body {name!r}: parent", parent, Body)
         placed = next((body for body in self.bodies if body.name == name), None)
         if placed is not None and placed.parent is not None and placed.parent is not parent:
             raise MechanismError(
@@ -291,6 +346,12 @@ class Mechanism:
 
     def _claim(self, names: Sequence[str], symbols: Sequence[sympy.Symbol] = ()) -> None:
         """Take the names of a part, of what belongs to it and of its symbols: all of them or none."""
+        self._check_free(names, symbols)
+        self._names.update(names)
+        self._symbols.update(symbol.name for symbol in symbols)
+
+    def _check_free(self, names: Sequence[str], symbols: Sequence[sympy.Symbol] = ()) -> None:
+        """Refuse names that are taken or kept."""
         for name in names:
             if name.startswith("_"):
                 raise MechanismError(
@@ -304,5 +365,3 @@ class Mechanism:
                 raise MechanismError(
                     f"mechanism {self.name!r}: the name {double[0]!r} is taken; every part needs its own"
                 )
-        self._names.update(names)
-        self._symbols.update(written)

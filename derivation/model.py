@@ -20,7 +20,7 @@ from chassym.derivation.singularity import Singularity
 from chassym.derivation.system import System
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Model:
     """A system with numbers.
 
@@ -38,15 +38,20 @@ class Model:
     compiled: CompiledEquations
     given_preloads: Mapping[str, float] | None = None
 
-    def with_parameters(self, changes: Mapping[str, float | Sequence[float] | str]) -> Model:
-        """A variant with other parameter values; equations and machine code are shared.
+    def __repr__(self) -> str:
+        return f"<Model {self.system.name!r}: {self.size} coordinates, {self.parameters.description}>"
+
+    def with_parameters(
+        self, changes: Mapping[str, float | Sequence[float] | str] | Mapping[sympy.Symbol, float | str]
+    ) -> Model:
+        """A variant with other parameter values, by name or symbol; equations and machine code are shared.
 
         Raises
         ------
         ParameterError
             If a name is unknown, a value impossible, or a table of another length: that is another mechanism.
         """
-        changed = self.parameters.replace(changes)
+        changed = self.parameters.replace({str(name): value for name, value in changes.items()})
         for name in self.parameters.flat().keys() ^ changed.flat().keys():
             table = name.partition("[")[0]
             raise ParameterError(
@@ -83,8 +88,17 @@ class Model:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Every number that the equations mention, by name."""
-        return self.parameters.flat() | dict(self.preloads)
+        """Every number that the equations mention, by name.
+
+        Raises
+        ------
+        MechanismError
+            If the places of a table do not increase.
+        """
+        numbers = self.parameters.flat()
+        for law in self.system.knotted.values():
+            law.check_values(numbers)
+        return numbers | dict(self.preloads)
 
     @cached_property
     def size(self) -> int:

@@ -17,6 +17,7 @@ from chassym.derivation.direction import Direction, unit_vector
 from chassym.derivation.element import ForceElement
 from chassym.derivation.kinematics import Acceleration, Kinematics
 from chassym.derivation.port import Port
+from chassym.derivation.validation import expect
 from chassym.derivation.vector import ZERO, Vector, add, cross, dot, scale, subtract
 
 
@@ -67,6 +68,9 @@ class Directed(Output):
 
     def __post_init__(self) -> None:
         _ = self.direction
+        kinds = {"point": Point, "body": Body, "frame": Body, "axes": Body, "observer": Body}
+        for name in kinds.keys() & vars(self).keys():
+            expect(f"output {self.name!r}: {name}", getattr(self, name), kinds[name])
 
     @property
     def direction(self) -> Vector:
@@ -124,7 +128,7 @@ class PointVelocity(Directed):
 
 @dataclass(frozen=True, eq=False)
 class PointAcceleration(Directed):
-    """Acceleration of a point as an observer sees it, in the axes of a body: an accelerometer's, say."""
+    """Acceleration of a point as an observer sees it, in the axes of a body, without gravity."""
 
     point: Point
     axis: Direction
@@ -203,6 +207,9 @@ class Deflection(Output):
 
     port: Port
 
+    def __post_init__(self) -> None:
+        expect(f"output {self.name!r}: port", self.port, Port)
+
     @property
     def unit(self) -> str:
         """Unit of the port's deflection."""
@@ -218,6 +225,9 @@ class DeflectionRate(Output):
     """Rate of a port's deflection."""
 
     port: Port
+
+    def __post_init__(self) -> None:
+        expect(f"output {self.name!r}: port", self.port, Port)
 
     @property
     def unit(self) -> str:
@@ -235,6 +245,9 @@ class ElementForce(Output):
 
     element: ForceElement
 
+    def __post_init__(self) -> None:
+        expect(f"output {self.name!r}: element", self.element, ForceElement)
+
     @property
     def unit(self) -> str:
         """Unit of the force that works on the deflection."""
@@ -250,6 +263,9 @@ class ContactForce(Output):
     """Force of a support on an element's point: the opposite of the element's resisting force."""
 
     element: ForceElement
+
+    def __post_init__(self) -> None:
+        expect(f"output {self.name!r}: element", self.element, ForceElement)
 
     @property
     def unit(self) -> str:

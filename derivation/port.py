@@ -13,6 +13,7 @@ from chassym.derivation.errors import MechanismError
 from chassym.derivation.joint import Coordinate
 from chassym.derivation.kinematics import Kinematics
 from chassym.derivation.loads import Loads
+from chassym.derivation.validation import expect, scalar
 from chassym.derivation.vector import Vector, dot, negative, scale, subtract
 
 
@@ -40,8 +41,20 @@ class Port(ABC):
         """Put a resisting force on the bodies."""
 
     def less(self, motion: Input) -> Port:
-        """This deflection less a prescribed one: a tyre on a pad that moves."""
-        return CombinedPort(((self, 1), (PrescribedPort(motion), -1)))
+        """This deflection less a prescribed one: a tyre on a pad that moves.
+
+        Raises
+        ------
+        MechanismError
+            If it is no input, or one in another unit.
+        """
+        prescribed = PrescribedPort(motion)
+        if prescribed.unit != self.unit:
+            raise MechanismError(
+                f"input {motion.name!r} is in {motion.unit}; expected {self.unit}, as the deflection that it "
+                "is taken from"
+            )
+        return CombinedPort(((self, 1), (prescribed, -1)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +70,8 @@ class TravelPort(Port):
     axis: Direction
 
     def __post_init__(self) -> None:
+        expect("travel: point", self.point, Point)
+        expect(f"travel of point {self.point.name!r}: frame", self.frame, Body)
         _ = self._direction
 
     @property
@@ -100,6 +115,8 @@ class LineOfSightPort(Port):
     second: Point
 
     def __post_init__(self) -> None:
+        for point in (self.first, self.second):
+            expect("line of sight: end", point, Point)
         if self._design_length().is_zero:
             raise MechanismError(
                 f"points {self.first.name!r} and {self.second.name!r} coincide at the design position; a "
@@ -152,6 +169,9 @@ class JointPort(Port):
 
     coordinate: Coordinate
 
+    def __post_init__(self) -> None:
+        expect("joint port", self.coordinate, Coordinate, hint="mechanism.coordinate(name) gives one")
+
     @property
     def unit(self) -> str:
         """Unit of the coordinate."""
@@ -175,6 +195,9 @@ class PrescribedPort(Port):
     """A prescribed motion: its deflection is given, and a force there acts on nothing that moves freely."""
 
     motion: Input
+
+    def __post_init__(self) -> None:
+        expect("prescribed motion", self.motion, Input, hint="mechanism.add_input gives one")
 
     @property
     def unit(self) -> str:
@@ -210,6 +233,11 @@ class CombinedPort(Port):
             raise MechanismError(
                 "a combination of no deflections; expected pairs of a port and its coefficient"
             )
+        for term in self.terms:
+            if not isinstance(term, tuple) or len(term) != 2:
+                raise MechanismError("combination: expected pairs of a port and its coefficient")
+            expect("combination: port", term[0], Port)
+            scalar("combination: coefficient", term[1])
 
     @property
     def unit(self) -> str:

@@ -32,8 +32,13 @@ class Singularity:
         return not self.distance >= LIMIT
 
     def __str__(self) -> str:
-        """One line with the remedy."""
+        """One line."""
         return (
-            f"the rotation sequence of body {self.body!r} is {self.distance:.2g} from its singularity "
-            f"(1 is far, {LIMIT:g} the limit); choose another sequence for its joint"
+            f"the rotation sequence of body {self.body!r} comes to {self.distance:.2g} from its singularity "
+            f"(1 is far, {LIMIT:g} the limit)"
         )
+
+    @property
+    def refusal(self) -> str:
+        """One line with the remedy."""
+        return f"{self}; choose another sequence for its joint"

@@ -31,6 +31,9 @@ class System(Protocol):
     def name(self) -> str:
         """For reading."""
 
+    def snapshot(self) -> System:
+        """The system as it is now, which nothing can change."""
+
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The generalised coordinates, in order."""

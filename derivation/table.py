@@ -10,9 +10,10 @@ from itertools import pairwise
 import numpy as np
 import sympy
 
-from chassym.derivation.characteristic import Potential
+from chassym.derivation.characteristic import Characteristic, Potential, Unilateral
 from chassym.derivation.errors import MechanismError
 from chassym.derivation.program import Program
+from chassym.derivation.validation import scalar
 
 SlopeRule = Callable[[float, float], float]
 """Combines the slopes on the left and on the right of a knot."""
@@ -53,6 +54,8 @@ class Table:
                 f"table of {len(self.places)} places and {len(self.forces)} forces: expected as many of "
                 "both, at least two"
             )
+        for number in (*self.places, *self.forces, self.factor, *(self.outer_slopes or ())):
+            scalar("table", number)
         for before, after in pairwise(self.places):
             if sympy.sympify(after - before).is_nonpositive:
                 raise MechanismError(f"table: place {after} follows {before}; expected increasing places")
@@ -115,7 +118,23 @@ class Knotted(Potential):
         self, program: Program, deflection: sympy.Expr, rate: sympy.Expr, preload: sympy.Expr
     ) -> sympy.Expr:
         """The resisting force (N or N m)."""
-        return program.let(self.table.force(program, self.argument(deflection, rate)) + preload)
+        return program.let(self.value(program, deflection, rate) + preload)
+
+    def value(self, program: Program, deflection: sympy.Expr, rate: sympy.Expr) -> sympy.Symbol:
+        """What the table states (N or N m), by its name on the program."""
+        return program.assign(self.table.force(program, self.argument(deflection, rate)))
+
+    def check_values(self, values: Mapping[str, float]) -> None:
+        """Refuse values of parameters with which the places do not increase.
+
+        Raises
+        ------
+        MechanismError
+            If they do not.
+        """
+        places = [_number(place, values) for place in self.table.places]
+        if any(after <= before for before, after in pairwise(places)):
+            raise MechanismError(f"table: places {places}; expected increasing ones")
 
     def slope(self, x: float, values: Mapping[str, float], rule: SlopeRule) -> float:
         """Slope at a place for parameter values by name: the rule combines those on both sides."""
@@ -198,6 +217,13 @@ class SpringTable(Knotted):
     def potential(self, deflection: sympy.Expr, preload: sympy.Expr) -> sympy.Expr:
         """Integral of the force over the deflection (J)."""
         return self.table.integral(deflection) + preload * deflection
+
+
+def knotted_part(law: Characteristic) -> Knotted | None:
+    """The table in a law, be it the law itself or inside one that can only push."""
+    while isinstance(law, Unilateral):
+        law = law.law
+    return law if isinstance(law, Knotted) else None
 
 
 def _number(expression: sympy.Expr | float, values: Mapping[str, float]) -> float:

@@ -9,6 +9,8 @@ import sympy
 
 from chassym.derivation.compilation.numeric import CompiledEquations
 from chassym.derivation.equations_of_motion import EquationsOfMotion
+from chassym.derivation.lagrangian import Lagrangian
+from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.model import Model
 from chassym.derivation.parameters import Parameter, Parameters
 from chassym.derivation.quantity import coherent_unit, parse_quantity, shown
@@ -68,8 +70,12 @@ def build_model(
     >>> model.with_parameters({"k": "25 N/mm"}).values["k"]
     25000.0
     """
+    if not isinstance(source, Mechanism | Lagrangian | EquationsOfMotion):
+        raise TypeError(
+            f"{type(source).__name__} received; expected a mechanism, a Lagrangian or equations of motion"
+        )
     system = source.system if isinstance(source, EquationsOfMotion) else source
-    compiled = CompiledEquations(system)
+    compiled = CompiledEquations(source)
     equations = source if isinstance(source, EquationsOfMotion) else compiled.equations
     given, symbols = _by_name(values), _symbols(equations)
     _check_complete(equations, symbols, given)

@@ -66,7 +66,7 @@ def check_equilibrium(model: Model) -> None:
     """
     near = model.nearest_singularity(np.zeros((model.argument_count, 1)))
     if near is not None and near.is_harmful:
-        raise OperatingPointError(f"the design position of {model.system.name!r}: {near}")
+        raise OperatingPointError(f"the design position of {model.system.name!r}: {near.refusal}")
     residual = np.abs(model.design_residual)
     accepted = max(RESIDUAL_TOLERANCE * _held_force(model), _ROUNDING * _stiffest(model))
     worst = int(residual.argmax())

@@ -190,6 +190,8 @@ def linearise(model: Model, slope_rule: SlopeRule = mean_slope) -> LinearModel:
     array([[356.25,   0.  ],
            [  0.  ,  48.  ]])
     """
+    if not isinstance(model, Model):
+        raise TypeError(f"{type(model).__name__} received; a Model is needed, which build_model makes")
     check_equilibrium(model)
     _check_continuity(model)
     system, n, p = model.system, model.size, len(model.system.inputs)

@@ -18,6 +18,8 @@ class ExcitationError(ValueError):
 class Harmonic:
     """Inputs u(t) = Re(U exp(i 2 pi f t)); inputs not named stand still.
 
+    A real amplitude is a cosine, -1j times it a sine, which starts at zero.
+
     Parameters
     ----------
     frequency_hz

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chassym.derivation import Model
+from chassym.derivation import ContactForce, Model, Unilateral
+from chassym.derivation.system import Measurement
 from chassym.nonlinear.harmonic_balance import samples_for
 from chassym.nonlinear.orbit import Orbit
 from chassym.nonlinear.peaks import extremes
@@ -52,7 +53,7 @@ class Reader:
         for name in names:
             if name not in outputs:
                 raise KeyError(f"output {name!r}: {model.system.name} has {', '.join(outputs)}")
-        self.patches = [name for name in outputs if name.endswith("patch_force_z")]
+        self.patches = [output.name for output in model.system.outputs if _may_lift(output)]
         self.names = [*names, *self.patches]
         self.units = [outputs[name][1] for name in self.names]
         self._rows = [outputs[name][0] for name in self.names]
@@ -92,3 +93,9 @@ class Reader:
         worst = min(forces, key=lambda name: forces[name].value)
         patch = worst.removesuffix("patch_force_z").removesuffix("_")
         return peaks, Contact(forces[worst].value, forces[worst].error, patch)
+
+
+def _may_lift(output: Measurement) -> bool:
+    """Whether an output is the force of a support that can only push."""
+    named = output.name.endswith("patch_force_z")
+    return named or isinstance(output, ContactForce) and isinstance(output.element.characteristic, Unilateral)

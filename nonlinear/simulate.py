@@ -158,6 +158,7 @@ class _Integration:
             raise ValueError(f"start: shape {state.shape} received; ({2 * self._n},) is needed")
         states = np.empty((len(state), len(times)))
         states[:, 0] = state
+        self._refuse_singular((times[0], times[0]), (state, state))
         sides = np.sign(self._knots(times[0], state))
         solver = self._solver(times[0], state, times[-1])
         crossed, reported = 0, 1
@@ -168,7 +169,7 @@ class _Integration:
                     f"integration stopped at {solver.t:.6g} s: "
                     f"{message or 'the motion is no longer finite'}; check the excitation's amplitude"
                 )
-            self._refuse_singular(solver)
+            self._refuse_singular((solver.t_old, solver.t), (solver.y_old, solver.y))
             interpolant, end = solver.dense_output(), solver.t
             passed = self._first_passed(interpolant, sides, solver.t_old, end)
             if passed is not None:
@@ -183,17 +184,17 @@ class _Integration:
             progress(end)
         return Simulation(self._model, self._excitation, times, states, crossed, self._evaluations)
 
-    def _refuse_singular(self, solver: DOP853) -> None:
-        """Stop where the last step came near, or through, the singularity of a rotation sequence."""
+    def _refuse_singular(self, times_s: tuple[float, float], states: tuple[np.ndarray, np.ndarray]) -> None:
+        """Stop where a step came near, or through, the singularity of a rotation sequence."""
         before, after = (
             self._singularities(self._load(time_s, state))
-            for time_s, state in ((solver.t_old, solver.y_old), (solver.t, solver.y))
+            for time_s, state in zip(times_s, states, strict=True)
         )
         if np.any((np.abs(after) < LIMIT) | (after * before < 0)):
-            ends = np.array([solver.t_old, solver.t]), np.stack([solver.y_old, solver.y], axis=1)
-            near = self._model.nearest_singularity(_arguments(self._model, self._excitation, *ends))
+            arguments = _arguments(self._model, self._excitation, np.array(times_s), np.stack(states, axis=1))
+            near = self._model.nearest_singularity(arguments)
             if near is not None and near.is_harmful:
-                raise SimulationError(f"integration stopped at {solver.t:.6g} s: {near}")
+                raise SimulationError(f"integration stopped at {times_s[1]:.6g} s: {near.refusal}")
 
     def _solver(self, time_s: float, state: np.ndarray, end: float) -> DOP853:
         return DOP853(self._rates, time_s, state, end, rtol=self._tolerance, atol=1e-3 * self._tolerance)

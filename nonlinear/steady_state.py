@@ -46,7 +46,8 @@ class SteadyState:
     peak_to_peak
         Metric of every output asked for, by the output's name.
     contact
-        Smallest vertical patch force; None for a mechanism without patches.
+        Smallest vertical patch force: of the outputs called ``..patch_force_z`` and of the contact forces of
+        unilateral elements. None for a system without any.
     harmonics
         Highest harmonic balanced.
     iterations
@@ -154,7 +155,7 @@ def _steady_state(
 def _refuse_singular(orbit: Orbit) -> None:
     near = orbit.nearest_singularity
     if near is not None and near.is_harmful:
-        raise NoPeriodicOrbitError(f"at {orbit.excitation.frequency_hz:g} Hz {near}")
+        raise NoPeriodicOrbitError(f"at {orbit.excitation.frequency_hz:g} Hz {near.refusal}")
 
 
 def measured_names(model: Model) -> list[str]:

@@ -46,10 +46,20 @@ def _matrix(rows: Sequence[Sequence[sympy.Expr]]) -> _Results:
 
 
 class CompiledEquations:
-    """The functions of a system, derived and compiled when first asked for, or taken from disk."""
+    """The functions of a system, derived and compiled when first asked for, or taken from disk.
 
-    def __init__(self, system: System) -> None:
-        self.system = system
+    Parameters
+    ----------
+    source
+        A system as it is now; what is added to it later does not count. Or equations that are derived.
+    """
+
+    def __init__(self, source: System | EquationsOfMotion) -> None:
+        if isinstance(source, EquationsOfMotion):
+            self.system = source.system
+            self.__dict__["equations"] = source
+        else:
+            self.system = source.snapshot()
         self._jacobians: dict[tuple[str, ...], CompiledFunction] = {}
 
     def __getstate__(self) -> dict[str, object]:

@@ -10,7 +10,7 @@ import sympy
 from chassym.derivation.errors import MechanismError
 from chassym.derivation.mechanism import Mechanism
 from chassym.derivation.program import Program
-from chassym.derivation.reading.tidy import sorted_by, tidied
+from chassym.derivation.reading.tidy import sorted_by, tidied, without_rounding
 
 if TYPE_CHECKING:
     from chassym.derivation.body import Input
@@ -113,7 +113,7 @@ def _inertia(equations: EquationsOfMotion, kinetic: sympy.Expr, coordinate: Coor
     rest = sorted_by(
         changes - kinetic.diff(coordinate.position), [each.rate for each in moving], masses(equations)
     )
-    return sympy.Add(*terms, tidied(rest))
+    return sympy.Add(*terms, without_rounding(tidied(rest), beside=terms))
 
 
 def masses(equations: EquationsOfMotion) -> list[sympy.Symbol]:

@@ -1,14 +1,17 @@
-"""Light simplification for reading: squares of sine and cosine are added, numbers taken out of sums."""
+"""Light simplification for reading: squares of sine and cosine are added, rounding errors left out."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import sympy
 
 MOST_TERMS = 200
 """Sums that multiply out to more terms than this stay as they are."""
+
+ROUNDING = sympy.Float("1e-14")
+"""Floating-point coefficients below this part of the largest one of their sum are rounding errors."""
 
 
 def tidied(expression: sympy.Expr) -> sympy.Expr:
@@ -30,6 +33,33 @@ def _tidied(expression: sympy.Expr, known: dict[sympy.Expr, sympy.Expr]) -> symp
         rebuilt = expression.func(*(_tidied(each, known) for each in expression.args))
         known[expression] = _shortest(rebuilt) if rebuilt.is_Add else _numbers_first(rebuilt)
     return known[expression]
+
+
+def without_rounding(total: sympy.Expr, beside: Iterable[sympy.Expr] = ()) -> sympy.Expr:
+    """A sum without the terms that rounding has left where exact numbers would have cancelled.
+
+    What stands beside it in the same equation, in the same unit, tells what is small but stays as it is.
+
+    Examples
+    --------
+    >>> a, b = sympy.symbols("a b")
+    >>> without_rounding(0.5 * a + (0.1 + 0.2 - 0.3) * b)
+    0.5*a
+    """
+    if not total.atoms(sympy.Float):
+        return total
+    sizes = {term: _coefficient(term) for term in sympy.Add.make_args(total)}
+    least = ROUNDING * max([*sizes.values(), *map(_coefficient, beside)])
+    return sympy.Add(*(term for term, size in sizes.items() if size >= least or not term.atoms(sympy.Float)))
+
+
+def _coefficient(expression: sympy.Expr) -> sympy.Expr:
+    """The size of the largest numerical coefficient of an expression."""
+    if expression.is_Number:
+        return abs(expression)
+    if expression.is_Add:
+        return max(map(_coefficient, expression.args))
+    return sympy.Mul(*map(_coefficient, expression.args)) if expression.is_Mul else sympy.S.One
 
 
 def _numbers_first(product: sympy.Expr) -> sympy.Expr:
@@ -66,9 +96,10 @@ def sorted_by(
 
 def _shortest(total: sympy.Add) -> sympy.Expr:
     """A sum, or what it is when multiplied out, whichever is shorter."""
+    total = without_rounding(total)
     if not _angles(total) or _terms(total) > MOST_TERMS:
         return total
-    spread = _spread(total)
+    spread = without_rounding(_spread(total))
     candidates = (total, spread, sympy.factor_terms(spread))
     return min(candidates, key=lambda each: (sympy.count_ops(each), candidates.index(each)))
 
@@ -87,7 +118,9 @@ def _paired(spread: sympy.Expr) -> sympy.Expr:
     numbers = dict(spread.as_coefficients_dict())
     for angle in sorted(_angles(spread), key=str):
         sine, cosine = sympy.sin(angle) ** 2, sympy.cos(angle) ** 2
-        for product in [each for each in numbers if each.has(sine)]:
+        for product in [each for each in numbers if sine in sympy.Mul.make_args(each)]:
+            if product not in numbers:  # it was the partner of one before
+                continue
             rest = product / sine
             partner = rest * cosine
             if numbers.get(partner) == numbers[product]:

@@ -19,8 +19,15 @@ _SUBSCRIPT = r"_\{((?:[^{}]|\{[^{}]*\})*)\}"
 LINE_BREAK = r" \\" + "\n" + r"& \qquad {}"
 
 
+DIGITS = 6
+"""Most significant digits of a floating-point number."""
+
+
 class _Printer(LatexPrinter):
-    """Sums begin with a positive term where they have one."""
+    """Sums begin with a positive term where they have one; floating-point numbers are rounded."""
+
+    def _print_Float(self, expr: sympy.Float) -> str:
+        return str(super()._print_Float(sympy.Float(expr, DIGITS)))
 
     def _as_ordered_terms(self, expr: sympy.Expr, order: str | None = None) -> list[sympy.Expr]:
         terms = super()._as_ordered_terms(expr, order=order)

@@ -66,8 +66,11 @@ def typeset(glyphs: Sequence[Glyph]) -> dict[Glyph, Typeset]:
     for each in _alike(found):
         found[each] = _typeset(each, each.all_words)
     while alike := _alike(found):
-        for number, each in enumerate(alike, start=1):
-            found[each] = Typeset(each.letter, ",".join(filter(None, [found[each].subscript, f"({number})"])))
+        numbers: Counter[Typeset] = Counter()
+        for each in alike:
+            look = found[each]
+            numbers[look] += 1
+            found[each] = Typeset(look.letter, ",".join(filter(None, [look.subscript, f"({numbers[look]})"])))
     return found
 
 
@@ -77,7 +80,8 @@ def _alike(found: dict[Glyph, Typeset]) -> list[Glyph]:
 
 
 def _typeset(glyph: Glyph, words: str) -> Typeset:
-    text = rf"\text{{{escaped(words)}}}" if words else ""
+    shown = " ".join(words.split())  # TeX shows no space at an end and one for many
+    text = rf"\text{{{escaped(shown)}}}" if shown else ""
     return Typeset(glyph.letter, ",".join(filter(None, [text, glyph.index])))
 
 

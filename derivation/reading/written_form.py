@@ -11,7 +11,7 @@ import sympy
 from chassym.derivation.program import Program
 from chassym.derivation.reading.element_symbols import element_symbols
 from chassym.derivation.reading.lagrange_form import masses
-from chassym.derivation.reading.tidy import sorted_by, tidied
+from chassym.derivation.reading.tidy import sorted_by, tidied, without_rounding
 
 if TYPE_CHECKING:
     from chassym.derivation.equations_of_motion import EquationsOfMotion
@@ -84,7 +84,7 @@ def _motion(equations: EquationsOfMotion, forces: Mapping[sympy.Symbol, sympy.Sy
     for row, h, q in zip(equations.mass_matrix, bias, applied, strict=True):
         factors = map(tidied, expanded(equations.program, row, {}))
         inertia = [m * c.acceleration for m, c in zip(factors, coordinates, strict=True) if m != 0]
-        rest = tidied(sorted_by(h, rates, masses(equations)))
+        rest = without_rounding(tidied(sorted_by(h, rates, masses(equations))), beside=inertia)
         right = tidied(sorted_by(q, list(forces.values()), []))
         yield Row((*inertia, *([] if rest == 0 else [rest])), right)
 

@@ -18,6 +18,7 @@ import sympy
 from chassym.derivation import (
     CompiledEquations,
     DamperTable,
+    JointPort,
     Linear,
     Mechanism,
     Model,
@@ -457,7 +458,7 @@ def identity(
     preloaded: bool = False,
     moved: bool = False,
     output: str = "x",
-) -> str:
+) -> str | None:
     """Describe a one-body mechanism, all but one of its features as usual."""
     mechanism = Mechanism("bench", sympy.sympify(gravity))
     body = mechanism.add_body(
@@ -519,3 +520,49 @@ def test_values_of_parameters_do_not_matter(quarter_car: Model) -> None:
 def test_the_length_of_a_table_does(quarter_car: Model) -> None:
     shorter = load_model("quarter_car", {"damper.velocity": [-1.0, 1.0], "damper.force": [-900.0, 900.0]})
     assert shorter.compiled._identity != quarter_car.compiled._identity
+
+
+class Stiff(Linear):
+    """A force law with something that its fields do not tell."""
+
+    def __init__(self, stiffness: float, factor: float) -> None:
+        super().__init__(stiffness)
+        object.__setattr__(self, "hidden", factor)
+
+
+def local_law(factor: float) -> Characteristic:
+    """Make a force law of a class of its own for every factor, all of one source."""
+
+    @dataclasses.dataclass(frozen=True)
+    class Law(Characteristic):
+        def force(
+            self, program: Program, deflection: sympy.Expr, rate: sympy.Expr, preload: sympy.Expr
+        ) -> sympy.Expr:
+            return factor * deflection
+
+    return Law()
+
+
+@pytest.mark.parametrize("law", [Stiff(1, 2), local_law(3)], ids=["hidden attribute", "local class"])
+def test_what_fields_do_not_tell_is_not_kept(law: Characteristic) -> None:
+    assert identity(law=law) is None
+
+
+def test_arrays_are_told_by_their_entries() -> None:
+    tables = [DamperTable(np.array([0.0, 1.0]), np.array([0.0, force])) for force in (1.0, 2.0)]
+    one, other = (identity(law=table) for table in tables)
+    assert one is not None and one != other
+
+
+def test_a_part_added_later_does_not_change_what_is_kept(folder: Path) -> None:
+    """Code of a mechanism as it was is not found under the name of what it has become."""
+    mechanism = Mechanism("bench", gravity=0)
+    mechanism.add_body("mass", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=1)
+    port = JointPort(mechanism.coordinate("z"))
+    mechanism.add_force_element("first", port, Linear(1))
+    early = CompiledEquations(mechanism)
+    _ = early.equations
+    mechanism.add_force_element("second", port, Linear(1))
+    state = np.array([[1.0], [0.0], [0.0]])
+    assert early.residual.bind({})(state) == pytest.approx(1)
+    assert CompiledEquations(mechanism).residual.bind({})(state) == pytest.approx(2)

@@ -16,6 +16,7 @@ from chassym.derivation import (
     Coordinate,
     DamperTable,
     Deflection,
+    ForceLaw,
     Input,
     JointPort,
     Linear,
@@ -25,7 +26,9 @@ from chassym.derivation import (
     PointDisplacement,
     SpringTable,
     TravelPort,
+    Unilateral,
     UserOutput,
+    build_model,
     derive,
     free,
     planar,
@@ -282,7 +285,7 @@ def test_a_second_joint_for_a_body_is_a_loop(cart: Mechanism) -> None:
     ("properties", "message"),
     [
         ({"mass": -1}, "mass -1"),
-        ({"mass": float("nan")}, "mass nan"),
+        ({"mass": float("nan")}, "mass: received nan"),
         ({"mass": 1, "inertia": (1, -1, 1)}, "-1, 1, 1 about the mass centre"),
         ({"mass": 1, "inertia": (1, 1)}, "three principal moments"),
         ({"mass": 1, "inertia": ((1, 0, 0), (0, 1, 0))}, "three rows of three"),
@@ -333,3 +336,166 @@ def test_a_table_that_is_none_is_refused(table: Callable, places: tuple, forces:
 def test_an_actuator_pulls_with_a_force() -> None:
     with pytest.raises(MechanismError, match="actuator: input 'road' is in m"):
         Actuator(Input("road", "m"))
+
+
+def oscillator(law: object = None, mass: object = 1, **kwargs: object) -> Mechanism:
+    """Make a mass on a slide, on one force element."""
+    mechanism = Mechanism("oscillator", gravity=0)
+    mechanism.add_body("block", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=mass, **kwargs)
+    port = JointPort(mechanism.coordinate("z"))
+    mechanism.add_force_element("spring", port, law or Linear(sympy.Symbol("k")))
+    return mechanism
+
+
+def named(name: str) -> sympy.Symbol:
+    return sympy.Symbol(name, real=True)
+
+
+AMBIGUOUS: dict[str, Callable[[], Mechanism]] = {
+    "'block': the name of symbol 'z' is that of a coordinate": lambda: oscillator(
+        mass_centre=(named("z"), 0, 0)
+    ),
+    "'spring': the name of symbol 'z' is that": lambda: oscillator(Linear(named("z"))),
+    "'spring': the name of symbol 'z_rate' is that": lambda: oscillator(Linear(sympy.Symbol("z_rate"))),
+    "'spring': the name of symbol 'spring.slope' is that": lambda: oscillator(
+        DamperTable((-1, 0, named("spring.slope")), (0, 1, 2))
+    ),
+    "'block': the name of symbol '_0' begins with an underscore": lambda: oscillator(mass=named("_0")),
+    "'spring': the name of symbol 'm' stands for two": lambda: oscillator(
+        Linear(named("m")), mass=sympy.Symbol("m")
+    ),
+    "'spring': the name of symbol 'z' is a coordinate's": lambda: oscillator(
+        ForceLaw(sympy.Symbol("z") * named("s"), named("s"))
+    ),
+}
+
+
+@pytest.mark.parametrize("message", AMBIGUOUS)
+def test_a_symbol_that_means_two_things_is_refused(message: str) -> None:
+    with pytest.raises(MechanismError, match=message) as caught:
+        derive(AMBIGUOUS[message]())
+    assert "\n" not in str(caught.value)
+
+
+def test_a_formula_may_mention_the_motion() -> None:
+    """A force law that knows more than its own deflection, and an output of the coordinate."""
+    s, z = named("s"), named("z")
+    mechanism = oscillator(ForceLaw(s * (1 + z**2), s))
+    mechanism.add_output(UserOutput("square", "m^2", z**2))
+    equations = derive(mechanism)
+    assert equations.program.expand(equations.generalized_forces) == [-z * (z**2 + 1)]
+    assert equations.program.expand([equations.outputs["square"]]) == [z**2]
+
+
+def test_what_is_added_later_does_not_count() -> None:
+    """A model, and the equations, are those of the mechanism at the time."""
+    mechanism = oscillator()
+    model, equations = build_model(mechanism, {"k": 3}), derive(mechanism)
+    mechanism.add_force_element("second", JointPort(mechanism.coordinate("z")), Linear(sympy.Symbol("k")))
+    mechanism.add_input("late", "m")
+    mechanism.add_output(UserOutput("twice", "m", 2 * named("z")))
+    state = np.array([[1.0], [0.0], [0.0]])
+    assert model.residual(state) == pytest.approx(3) and model.output_names == []
+    assert build_model(equations, {"k": 3}).residual(state) == pytest.approx(3)
+    longer = np.array([[1.0], [0.0], [0.0], [5.0], [7.0]])
+    assert build_model(mechanism, {"k": 3}).residual(longer) == pytest.approx(6)
+
+
+WRONG_KINDS: dict[str, Callable[[Mechanism], object]] = {
+    "body 'new': parent: received 'cart', expected a Body": lambda m: m.add_body(
+        "new", "cart", prismatic("n", "z"), (0, 0, 0), mass=1
+    ),
+    "parent: received .*list|parent: received \\[": lambda m: m.add_body(
+        "new", [body(m)], prismatic("n", "z"), (0, 0, 0), mass=1
+    ),
+    "body 'new': joint: received 'x', expected a Joint": lambda m: m.add_body("new", body(m), "x", (0, 0, 0)),
+    "body 'new': mass: received '3 kg'": lambda m: add_block(m, mass="3 kg"),
+    "body 'new': mass: received None": lambda m: add_block(m, mass=None),
+    "body 'new': mass: received True": lambda m: add_block(m, mass=True),
+    "body 'new': mass: received I": lambda m: add_block(m, mass=sympy.I),
+    "body 'new': origin: 2 components": lambda m: add_block(m, origin=(0, 0)),
+    "body 'new': origin: received 0": lambda m: add_block(m, origin=0),
+    "body 'new': origin: received '000'": lambda m: add_block(m, origin="000"),
+    "body 'new': origin: received nan": lambda m: add_block(m, origin=(0, 0, float("nan"))),
+    "body 'new': inertia": lambda m: add_block(m, inertia=1),
+    "point 'new': body: received 'cart'": lambda m: m.point("new", "cart", (0, 0, 0)),
+    "joint port: received 'along', expected a Coordinate; mechanism.coordinate": lambda m: JointPort("along"),
+    "travel: point: received .*Body|travel: point: received Body": lambda m: TravelPort(
+        body(m), m.ground, "z"
+    ),
+    "combination: expected pairs": lambda m: CombinedPort((travel(m), 1)),
+    "combination: port: received 'z'": lambda m: CombinedPort((("z", 1),)),
+    "prescribed motion: received .*Coordinate": lambda m: travel(m).less(m.coordinates[0]),
+    "input 'pull' is in N; expected m": lambda m: travel(m).less(m.add_input("pull", "N")),
+    "input 'new': unit 'mm' received": lambda m: m.add_input("new", "mm"),
+    "force element 'new': port: received .*Linear": lambda m: m.add_force_element(
+        "new", Linear(1), travel(m)
+    ),
+    "force element 'new': characteristic: received k": lambda m: m.add_force_element(
+        "new", travel(m), sympy.Symbol("k")
+    ),
+    r"command is in N\*m, expected N": lambda m: m.add_force_element(
+        "new", travel(m), Actuator(m.add_input("moment", "N*m"))
+    ),
+    "linear law: stiffness: received '20 N/mm'": lambda m: Linear("20 N/mm"),
+    "linear law: damping: received nan": lambda m: Linear(1, float("nan")),
+    "force law: received 'x'": lambda m: ForceLaw("x"),
+    "force law: variable: received 's'": lambda m: ForceLaw(sympy.Symbol("s"), "s"),
+    "unilateral law: received k": lambda m: Unilateral(sympy.Symbol("k")),
+    "output 'new': port: received": lambda m: Deflection("new", m.elements[0]),
+    "output 'new': element: received": lambda m: ContactForce("new", travel(m)),
+    "output 'new': body: received": lambda m: AngularVelocity("new", "cart", "x", m.ground),
+    "output: received 'z'": lambda m: m.add_output("z"),
+    "gravity: received nan": lambda m: Mechanism("new", gravity=float("nan")),
+    "bushing 'new': axis 'w'": lambda m: m.add_bushing(
+        "new", m.point("p", body(m), (0, 0, 0)), m.ground, {"x": Linear(1), "w": Linear(1)}
+    ),
+}
+
+
+def add_block(mechanism: Mechanism, **properties: object) -> None:
+    origin = properties.pop("origin", (0, 0, 0))
+    mechanism.add_body("new", body(mechanism), prismatic("n", "z"), origin, **({"mass": 1} | properties))
+
+
+@pytest.mark.parametrize("message", WRONG_KINDS)
+def test_what_is_of_the_wrong_kind_is_refused_where_it_is_given(cart: Mechanism, message: str) -> None:
+    with pytest.raises(MechanismError, match=message) as caught:
+        WRONG_KINDS[message](cart)
+    assert "\n" not in str(caught.value)
+    elements = [element.name for element in cart.elements]
+    assert elements == ["rubber"] and [each.name for each in cart.bodies] == ["cart"]
+
+
+def test_nothing_that_moves_is_no_mechanism() -> None:
+    statue = Mechanism("statue", gravity=1)
+    statue.add_body("block", statue.ground, weld(), (0, 0, 0), mass=1)
+    with pytest.raises(MechanismError, match="'statue' has no coordinates"):
+        derive(statue)
+
+
+def test_a_table_inside_a_unilateral_law_takes_its_slope_from_the_rule() -> None:
+    table = DamperTable((-1, 0, 1), (-40, 0, 10))
+    mechanism = oscillator(Unilateral(table))
+    mechanism.add_force_element("hold", JointPort(mechanism.coordinate("z")), Linear(1, 0))
+    assert mechanism.knotted == {"spring": table}
+    slope = mechanism.slopes["spring"]
+    equations = derive(mechanism)
+    (row,) = equations.linearisation
+    rate = equations.program.expand([row[1]])[0]
+    pushing = dict.fromkeys(equations.arguments, 0) | {mechanism.coordinate("z").rate: -1}
+    assert rate.xreplace(pushing | {slope: sympy.Integer(77)}) == 77
+
+
+def test_values_of_a_table_have_to_increase() -> None:
+    places = sympy.symbols("v:3", real=True)
+    mechanism = oscillator(DamperTable(places, (-1, 0, 1)))
+    for values in ((1, 0.5, -1), (0, 0, 1)):
+        with pytest.raises(MechanismError, match="table: places .* increasing"):
+            _ = build_model(mechanism, dict(zip(places, values, strict=True))).residual
+
+
+def test_equations_refuse_derivatives_by_strangers() -> None:
+    equations = derive(oscillator(mass=sympy.Symbol("m", positive=True)))
+    with pytest.raises(ValueError, match="variables: m is no argument or parameter"):
+        equations.jacobian([sympy.Symbol("m")])
