@@ -102,5 +102,5 @@ def _tidy(built: sympy.Expr, gathered: Sequence[sympy.Symbol]) -> str:
     from chassym.derivation.reading.tidy import without_rounding
 
     squares = {sine**2: 1 - cos(*sine.args) ** 2 for sine in built.atoms(sin)}
-    spread = without_rounding(expand(expand(built).subs(squares)))
+    spread = without_rounding(expand(expand(built).subs(squares)), beside=[built])
     return min(str(without_rounding(built)), str(collect(spread, gathered, factor)), key=len)

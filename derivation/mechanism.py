@@ -23,6 +23,7 @@ from chassym.derivation.element import ForceElement
 from chassym.derivation.errors import MechanismError
 from chassym.derivation.inertia import Inertia, about_mass_centre, check_inertia, inertia_tensor
 from chassym.derivation.joint import Coordinate, Joint
+from chassym.derivation.names import Names
 from chassym.derivation.output import Output
 from chassym.derivation.port import Port, TravelPort
 from chassym.derivation.references import references
@@ -69,17 +70,17 @@ class Mechanism:
     applied: list[AppliedForce | AppliedTorque] = field(default_factory=list, init=False)
     inputs: list[Input] = field(default_factory=list, init=False)
     outputs: list[Output] = field(default_factory=list, init=False)
-    _names: set[str] = field(default_factory=set, init=False)
-    _symbols: set[str] = field(default_factory=set, init=False)
+    _names: Names = field(init=False)
 
     def __post_init__(self) -> None:
         scalar(f"mechanism {self.name!r}: gravity", self.gravity)
+        self._names = Names(self.name)
 
     def snapshot(self) -> Mechanism:
         """The mechanism as it is now: what is added to this one later does not change that one."""
         taken = copy.copy(self)
         for name, value in vars(self).items():
-            if isinstance(value, list | set):
+            if isinstance(value, list | Names):
                 setattr(taken, name, value.copy())
         return taken
 
@@ -185,7 +186,7 @@ class Mechanism:
         check_inertia(name, tensor)
         own = [step.coordinate for step in joint.steps]
         symbols = [symbol for c in own for symbol in (c.position, c.rate, c.acceleration)]
-        self._claim([name, *(c.name for c in own)], symbols)
+        self._names.claim({name: "body"}, {c.name: "coordinate" for c in own}, symbols=symbols)
         self.bodies.append(Body(name, parent, joint, start, mass, centre, tensor))
         return self.bodies[-1]
 
@@ -215,7 +216,7 @@ class Mechanism:
                 f"input {name!r}: unit {unit!r} received, expected one of {', '.join(INPUT_UNITS)}"
             )
         found = Input(name, unit, description)
-        self._claim([name], [found.position, found.rate])
+        self._names.claim({name: "input"}, symbols=[found.position, found.rate])
         self.inputs.append(found)
         return found
 
@@ -239,7 +240,7 @@ class Mechanism:
                 f"force element {name!r}: its command is in {characteristic.command.unit}, expected "
                 f"{element.unit}, which works on a deflection in {port.unit}"
             )
-        self._claim([name])
+        self._names.claim({name: "force element"})
         self.elements.append(element)
         return element
 
@@ -264,7 +265,7 @@ class Mechanism:
             expect(f"bushing {name!r}: characteristic", law, Characteristic)
         ports = {axis: TravelPort(point, frame, axis) for axis in laws}
         self._check_references(f"bushing {name!r}", tuple(ports.values()))
-        self._check_free([f"{name}_{axis}" for axis in laws])
+        self._names.check_free([{f"{name}_{axis}": "force element"} for axis in laws])
         return {
             axis: self.add_force_element(f"{name}_{axis}", ports[axis], law, preloaded=preloaded)
             for axis, law in laws.items()
@@ -283,7 +284,7 @@ class Mechanism:
         return self._add_applied(name, AppliedTorque(Input(name, "N*m"), body, unit_vector(axis, what), axes))
 
     def _add_applied(self, name: str, load: AppliedForce | AppliedTorque) -> Input:
-        self._claim([name], [load.input.position, load.input.rate])
+        self._names.claim({name: "input"}, symbols=[load.input.position, load.input.rate])
         self.inputs.append(load.input)
         self.applied.append(load)
         return load.input
@@ -298,7 +299,7 @@ class Mechanism:
         """
         expect("output", output, Output)
         self._check_references(f"output {output.name!r}", output)
-        self._claim([output.name])
+        self._names.claim({output.name: "output"})
         self.outputs.append(output)
 
     def check(self) -> None:
@@ -342,26 +343,4 @@ class Mechanism:
                 kind = type(used).__name__.lower().replace("forceelement", "force element")
                 raise MechanismError(
                     f"{what}: {kind} {used.name!r} is not in mechanism {self.name!r}; add it first"
-                )
-
-    def _claim(self, names: Sequence[str], symbols: Sequence[sympy.Symbol] = ()) -> None:
-        """Take the names of a part, of what belongs to it and of its symbols: all of them or none."""
-        self._check_free(names, symbols)
-        self._names.update(names)
-        self._symbols.update(symbol.name for symbol in symbols)
-
-    def _check_free(self, names: Sequence[str], symbols: Sequence[sympy.Symbol] = ()) -> None:
-        """Refuse names that are taken or kept."""
-        for name in names:
-            if name.startswith("_"):
-                raise MechanismError(
-                    f"mechanism {self.name!r}: the name {name!r} begins with an underscore; those are kept "
-                    "for intermediate results"
-                )
-        written = [symbol.name for symbol in symbols]
-        for taken, given in (({GROUND.name} | self._names, names), (self._symbols, written)):
-            double = [name for i, name in enumerate(given) if name in taken or name in given[:i]]
-            if double:
-                raise MechanismError(
-                    f"mechanism {self.name!r}: the name {double[0]!r} is taken; every part needs its own"
                 )

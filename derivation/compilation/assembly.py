@@ -11,11 +11,13 @@ import sympy
 from chassym.derivation.compilation.instructions import (
     LANES,
     VECTOR,
+    VECTOR_BYTES,
     Instructions,
     lane_by_lane,
     splat,
     splat_truth,
 )
+from chassym.derivation.compilation.parts import Statement, divide, in_order_of_need, scratch_places
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,8 @@ def assembly(kernels: Sequence[Kernel]) -> str:
 
 
 _PARAMETERS = "ptr noalias %x, ptr noalias %c, ptr noalias %y, i64 %count, i64 %stride"
+_PART_PARAMETERS = "ptr noalias %x, ptr noalias %c, ptr noalias %y, ptr noalias %s, i64 %i, i64 %stride"
+_PART_ARGUMENTS = "ptr %x, ptr %c, ptr %y, ptr %s, i64 %i, i64 %stride"
 _INTRINSICS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "sqrt": 1, "fabs": 1, "pow": 2}
 # LLVM has intrinsics for these only since versions 19 and 20; C's mathematical library has always had them.
 _LIBRARY = {"tan": 1, "asin": 1, "acos": 1, "atan": 1, "sinh": 1, "cosh": 1, "tanh": 1, "atan2": 2}
@@ -85,20 +89,20 @@ _PREDICATES = {
 
 
 def _function(kernel: Kernel) -> str:
-    body = _Body(kernel)
-    for symbol, expression in kernel.definitions.items():
-        body.values[symbol] = body.operand(expression)
-    results = [body.operand(sympy.sympify(result)) for result in kernel.results]
-    for row, value in enumerate(results):
-        body.code.store(row, value)
+    """A loop over the samples that calls the kernel's parts, and the parts."""
+    parts = divide(in_order_of_need(kernel.definitions, kernel.results))
+    places = scratch_places(parts)
+    names = [f"{kernel.name}_part{number}" for number in range(len(parts))]
     return "\n".join(
         [
+            *(_part(name, kernel, part, places) for name, part in zip(names, parts, strict=True)),
             f"define void @{kernel.name}({_PARAMETERS}) {{",
             "entry:",
+            f"  %s = alloca [{max(places.values(), default=0) + 1} x {VECTOR}], align {VECTOR_BYTES}",
             "  br label %loop",
             "loop:",
             "  %i = phi i64 [ 0, %entry ], [ %next, %loop ]",
-            *body.code.lines,
+            *(f"  call void @{name}({_PART_ARGUMENTS})" for name in names),
             f"  %next = add i64 %i, {LANES}",
             "  %more = icmp slt i64 %next, %count",
             "  br i1 %more, label %loop, label %done",
@@ -110,13 +114,34 @@ def _function(kernel: Kernel) -> str:
     )
 
 
-class _Body:
-    """The statements of one kernel in the making."""
+def _part(
+    name: str, kernel: Kernel, statements: Sequence[Statement], places: Mapping[sympy.Symbol, int]
+) -> str:
+    body = _Body(kernel, places)
+    for statement in statements:
+        body.add(statement)
+    first = f"define internal void @{name}({_PART_PARAMETERS}) nounwind {{"
+    return "\n".join([first, *body.code.lines, "  ret void", "}"])
 
-    def __init__(self, kernel: Kernel) -> None:
+
+class _Body:
+    """One part of a kernel in the making."""
+
+    def __init__(self, kernel: Kernel, places: Mapping[sympy.Symbol, int]) -> None:
         self.kernel = kernel
+        self.places = places
         self.values: dict[sympy.Symbol, str] = {}
         self.code = Instructions()
+
+    def add(self, statement: Statement) -> None:
+        """Compute a value, and put it where results or later parts look for it."""
+        value, target = self.operand(statement.expression), statement.target
+        if isinstance(target, int):
+            self.code.store(target, value)
+            return
+        self.values[target] = value
+        if target in self.places:
+            self.code.keep(self.places[target], value)
 
     def operand(self, expression: sympy.Expr) -> str:
         """The name, or literal, that holds an expression's value."""
@@ -134,7 +159,9 @@ class _Body:
 
     def _symbol(self, symbol: sympy.Symbol) -> str:
         if symbol not in self.values:
-            if symbol in self.kernel.arguments:
+            if symbol in self.places:
+                self.values[symbol] = self.code.recall(self.places[symbol])
+            elif symbol in self.kernel.arguments:
                 self.values[symbol] = self.code.load(self.kernel.arguments[symbol])
             else:
                 self.values[symbol] = self.code.load_constant(self.kernel.constants[symbol])

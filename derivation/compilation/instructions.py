@@ -14,6 +14,9 @@ LANES = 8
 VECTOR = f"<{LANES} x double>"
 """Type of a quantity: its value in every sample of a pass."""
 
+VECTOR_BYTES = 8 * LANES
+"""Size of a quantity, to whose multiples scratch memory is aligned."""
+
 _BOOLEAN = f"<{LANES} x i1>"
 
 
@@ -53,7 +56,8 @@ class Instructions:
     """Instructions in the making; every method writes one operation and gives the name of its result.
 
     Addresses are those of a kernel: %x inputs, %c constants, %y results, in rows that are %stride apart, and
-    %i the first sample of the pass.
+    %i the first sample of the pass; %s is scratch memory, in which parts of a kernel leave values for later
+    ones.
 
     Examples
     --------
@@ -96,6 +100,16 @@ class Instructions:
         place = self.new(f"add i64 {offset}, %i")
         address = self.new(f"getelementptr double, ptr %y, i64 {place}")
         self.lines.append(f"  store {VECTOR} {value}, ptr {address}, align 8")
+
+    def keep(self, place: int, value: str) -> None:
+        """Put a value into scratch memory."""
+        address = self.new(f"getelementptr {VECTOR}, ptr %s, i64 {place}")
+        self.lines.append(f"  store {VECTOR} {value}, ptr {address}, align {VECTOR_BYTES}")
+
+    def recall(self, place: int) -> str:
+        """A value from scratch memory."""
+        address = self.new(f"getelementptr {VECTOR}, ptr %s, i64 {place}")
+        return self.new(f"load {VECTOR}, ptr {address}, align {VECTOR_BYTES}")
 
     def binary(self, operation: str, left: str, right: str) -> str:
         """Arithmetic on two operands."""

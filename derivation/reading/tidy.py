@@ -99,7 +99,7 @@ def _shortest(total: sympy.Add) -> sympy.Expr:
     total = without_rounding(total)
     if not _angles(total) or _terms(total) > MOST_TERMS:
         return total
-    spread = without_rounding(_spread(total))
+    spread = without_rounding(_spread(total), beside=[total])
     candidates = (total, spread, sympy.factor_terms(spread))
     return min(candidates, key=lambda each: (sympy.count_ops(each), candidates.index(each)))
 

@@ -248,6 +248,40 @@ def test_terms_of_the_sum_with_rates_are_the_kinetic_energy() -> None:
     assert energies.applied == (0,)
 
 
+def split(lagrangian: sympy.Expr) -> list[sympy.Expr]:
+    """Give T and V of a Lagrangian in q."""
+    equations = from_lagrangian(lagrangian, [q], name="system")
+    energies = equations.energies
+    return equations.program.expand([energies.kinetic, energies.potential])
+
+
+def test_products_of_sums_are_split_too() -> None:
+    x, v = plain("q"), plain("q_rate")
+    rate = q.diff()
+    assert_equal(split(m * (rate**2 / 2 - g * q)), [m * v**2 / 2, m * g * x])
+    assert_equal(
+        split(m * (k * (rate**2 - q) / c + g * q**2)), [m * k * v**2 / c, m * (k * x / c - g * x**2)]
+    )
+    mixed = (rate**2 + k * q) * (rate - c) * (1 + q)
+    still = -k * c * x * (1 + x)
+    assert_equal(split(mixed), [(v**2 + k * x) * (v - c) * (1 + x) - still, -still])
+
+
+def test_products_that_are_kinetic_energy_and_powers_stay_as_written() -> None:
+    """A large factor is not multiplied out without need; the square of a velocity is kinetic energy."""
+    x, v = plain("q"), plain("q_rate")
+    many = sympy.Add(*sympy.symbols("a:30")) ** 2
+    kinetic, potential = split(many * (m + k * q) * q.diff() ** 2 - many * k * q**2)
+    assert kinetic == many * (m + k * x) * v**2
+    assert potential == many * k * x**2
+    assert split(m * (q.diff() + k * q) ** 2 / 2) == [m * (v + k * x) ** 2 / 2, 0]
+
+
+def test_a_snapshot_is_the_lagrangian_itself() -> None:
+    system = from_lagrangian(m * q.diff() ** 2, [q], name="system").system
+    assert system.snapshot() is system
+
+
 def test_symbols_of_coordinates_and_functions_of_time_say_the_same() -> None:
     tilt, wind = Coordinate("tilt", "rad"), Input("wind", "N")
     angle, gust = dynamicsymbols("tilt wind")

@@ -1,6 +1,8 @@
 """Equations for reading: what is written says what is computed, and the LaTeX is whole."""
 
+import random
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -9,13 +11,23 @@ from matplotlib.mathtext import MathTextParser
 from sympy.calculus.euler import euler_equations
 
 from chassym.derivation import (
+    HELD,
+    Actuator,
+    CombinedPort,
+    DamperTable,
+    ForceLaw,
     JointPort,
     Linear,
+    LineOfSightPort,
     Mechanism,
     MechanismError,
+    Polynomial,
+    PrescribedPort,
     Program,
+    SpringTable,
+    TravelPort,
+    Unilateral,
     derive,
-    load_model,
     prismatic,
     revolute,
     spherical,
@@ -24,28 +36,38 @@ from chassym.derivation import (
 from chassym.derivation.reading.element_symbols import element_symbols
 from chassym.derivation.reading.lagrange_form import functions_of_time, is_short, written_size
 from chassym.derivation.reading.latex import displayed, to_latex
-from chassym.derivation.reading.tidy import tidied
-from chassym.derivation.reading.typesetting import WIDEST, width
+from chassym.derivation.reading.tidy import tidied, without_rounding
+from chassym.derivation.reading.typesetting import WIDEST, Typesetter, width
 from chassym.derivation.reading.written_form import straight_line_form, written_form
 
 from .latex_reader import equations_of, evaluate
 
 PARSER = MathTextParser("path")
 LINEAR_DAMPING = ("half_car", "half_car_roll", "ride_model", "torsion_chain")
+SHORT = ("quarter_car", *LINEAR_DAMPING)
+"""The built-in vehicles that are small enough to be written out."""
 
 
 @pytest.fixture(scope="module", params=vehicle_names())
-def model(request):
-    """Give every built-in vehicle."""
-    return load_model(request.param)
+def vehicle(request):
+    """Give the name of every built-in vehicle."""
+    return request.param
 
 
 @pytest.fixture(scope="module")
-def short(model):
+def model(vehicle, built_in):
+    """Give every built-in vehicle."""
+    return built_in(vehicle)
+
+
+@pytest.fixture(scope="module", params=SHORT)
+def short(request, built_in):
     """Give every built-in vehicle that is small enough to be written out."""
-    if not is_short(model.equations):
-        pytest.skip("too large to be written out")
-    return model
+    return built_in(request.param)
+
+
+def test_short_vehicles_are_those_that_can_be_written_out(built_in):
+    assert {name for name in vehicle_names() if is_short(built_in(name).equations)} == set(SHORT)
 
 
 def state(model, seed=1):
@@ -92,10 +114,10 @@ def test_kinetic_energy_is_half_the_rates_with_the_mass_matrix(short):
     assert equations.lagrangian == equations.kinetic_energy - equations.potential_energy
 
 
-@pytest.mark.parametrize("vehicle", LINEAR_DAMPING)
+@pytest.mark.parametrize("name", LINEAR_DAMPING)
 @pytest.mark.parametrize("seed", [1, 2])
-def test_energy_is_lost_at_twice_the_dissipation_function(vehicle, seed):
-    model = load_model(vehicle)
+def test_energy_is_lost_at_twice_the_dissipation_function(name, seed, built_in):
+    model = built_in(name)
     equations, n = model.equations, model.size
     arguments, _ = state(model, seed)
     arguments[3 * n + len(equations.system.inputs) :] = 0  # what holds still does no work
@@ -241,9 +263,20 @@ def test_the_straight_line_form_is_the_compiled_residual(model):
 
 
 @pytest.fixture(scope="module")
-def article(model):
+def articles(built_in):
+    """Give the article of a built-in vehicle by its name."""
+
+    @cache
+    def write(name):
+        return to_latex(built_in(name).equations, built_in(name).glossary)
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def article(vehicle, articles):
     """Give every built-in vehicle's article."""
-    return to_latex(model.equations, model.glossary)
+    return articles(vehicle)
 
 
 def environments(text):
@@ -270,24 +303,26 @@ def assert_whole(text):
     assert not set("_^") & set(outside)
 
 
-def test_articles_read_back_give_the_compiled_residual(short, article):
+@pytest.mark.parametrize("name", SHORT)
+def test_articles_read_back_give_the_compiled_residual(name, built_in, articles):
+    short, article = built_in(name), articles(name)
     arguments, numbers = state(short, seed=4)
     known = {entry.latex: float(numbers[s]) for s, entry in short.glossary.items() if s in numbers}
     blocks = re.findall(r"\\begin\{align\*\}\n(.*?)\n\\end\{align\*\}", article, flags=re.S)
     energies, elements, motion = map(equations_of, blocks)
     for left, right in elements:
         known[left] = evaluate(right, known)
-    for name, right in energies:
+    for letter, right in energies:
         kinds = {"T": "kinetic_energy", "V": "potential_energy", "D": "dissipation"}
-        expected = value(getattr(short.equations, kinds[name]), numbers)
+        expected = value(getattr(short.equations, kinds[letter]), numbers)
         assert evaluate(right, known) == pytest.approx(expected, rel=1e-9, abs=1e-9)
     residual = [evaluate(left, known) - evaluate(right, known) for left, right in motion]
     assert residual == pytest.approx(short.residual(arguments[:, None])[:, 0], rel=1e-9, abs=1e-8)
 
 
-def test_large_articles_read_back_give_the_compiled_residual(sedan):
+def test_large_articles_read_back_give_the_compiled_residual(sedan, articles):
     arguments, numbers = state(sedan, seed=5)
-    article = to_latex(sedan.equations, sedan.glossary)
+    article = articles("sedan")
     known = {entry.latex: float(numbers[s]) for s, entry in sedan.glossary.items() if s in numbers}
     for left, right in re.findall(r"^\$([^$]*?) = ([^$]*)\$\\par$", article, flags=re.M):
         known[left] = evaluate(right, known)
@@ -305,13 +340,50 @@ def test_articles_are_whole(article):
     assert_whole(article)
 
 
+@cache
+def parse(formula):
+    """Typeset a formula once."""
+    PARSER.parse(f"${formula}$")
+
+
+def pieces(formula):
+    """Give the terms of an equation and of the sums in it; all digits are one to the parser."""
+    formula, found = re.sub(r"\d+", "1", formula), []
+    while inner := re.search(r"\\left\(((?:(?!\\left|\\right).)+)\\right\)", formula):
+        found += terms(inner[1])
+        formula = formula.replace(inner[0], "(x)")
+    return [*found, *terms(formula)]
+
+
+def terms(formula):
+    """Give the terms of the two sides of an equation."""
+    level, found = 0, [""]
+    for token in re.findall(r"\\[A-Za-z]+|\\?.", formula):
+        level += (token in ("{", "(")) - (token in ("}", ")"))
+        if level == 0 and token in "+-=":
+            found.append("")
+        else:
+            found[-1] += token
+    assert level == 0
+    return [piece.strip() for piece in found if piece.strip()]
+
+
 def test_formulas_of_articles_can_be_typeset(article):
     aligned = re.findall(r"\\begin\{align\*\}\n(.*?)\n\\end\{align\*\}", article, flags=re.S)
     lines = [line for block in aligned for line in re.split(r"\\\\(?:\[1ex\])?\n", block)]
     inline = re.findall(r"\$([^$]*)\$", article)
     for line in [*lines, *inline[:: max(1, len(inline) // 60)]]:
-        formula = line.replace("&", "").replace(r"\qquad {}", "").replace(r"\displaystyle", "")
-        PARSER.parse(f"${formula.strip()}$")
+        for piece in pieces(line.replace("&", "").replace(r"\qquad {}", "")):
+            parse(piece)
+
+
+def test_formulas_that_cannot_be_typeset_are_found():
+    parse.cache_clear()
+    found = pieces(r"\frac{a + b}{2}\,\left(c - d\right) = - x_{12} + y")
+    assert found == ["c", "d", r"\frac{a + b}{1}\,(x)", "x_{1}", "y"]
+    assert pieces(r"\max\left(0, v - 1\right)^{2}") == ["1, v", "1", r"\max(x)^{1}"]
+    with pytest.raises(ValueError, match="Unknown symbol"):
+        parse(r"\nonsense{x}")
 
 
 def test_lines_of_articles_fit_the_page(article):
@@ -329,8 +401,8 @@ def test_articles_explain_every_symbol_that_they_print(model, article):
     assert len(explained) > 3 * model.size
 
 
-def test_articles_hold_no_parameter_values(half_car, quarter_car):
-    for model, name in ((half_car, "body.mass"), (quarter_car, "damper.force")):
+def test_articles_hold_no_parameter_values(torsion_chain, quarter_car):
+    for model, name in ((torsion_chain, "inertia.front"), (quarter_car, "damper.force")):
         other = model.scaled(name, factor=1.375)
         assert to_latex(other.equations, other.glossary) == to_latex(model.equations, model.glossary)
 
@@ -345,6 +417,132 @@ def test_notebooks_show_small_models_and_a_line_about_large_ones(model):
     else:
         assert len(shown) < 200 and "\n" not in shown
         assert f"{model.size} coordinates" in shown and r"to\_latex" in shown
+
+
+def test_deflections_that_are_known_are_printed_as_numbers():
+    """A spring across the way of a slider has neither deflection nor rate, one on the ground neither."""
+    m, k, c = sympy.symbols("m k c", positive=True)
+    mechanism = Mechanism("slider", gravity=0)
+    body = mechanism.add_body("body", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=m)
+    for name, owner, axis in (("own", body, "z"), ("across", body, "x"), ("still", mechanism.ground, "x")):
+        port = TravelPort(mechanism.point(name, owner, (0, 0, 0)), mechanism.ground, axis)
+        mechanism.add_force_element(name, port, Linear(k, c))
+    equations = derive(mechanism)
+    shift, rate = (
+        found["own"] for found in (element_symbols(equations).deflections, element_symbols(equations).rates)
+    )
+    _, potential, dissipation = (row.right for row in written_form(equations).energies)
+    assert (potential, dissipation) == (k * shift**2 / 2, c * rate**2 / 2)
+    for text in (displayed(equations), to_latex(equations)):
+        assert "across" not in text and "still" not in text
+
+
+def test_numbers_are_printed_with_six_digits_and_kept_in_full():
+    x = sympy.Symbol("x")
+    typesetter = Typesetter({x: "x"})
+    assert typesetter.latex(x / 3.0) == r"0.333333\,x"
+    assert typesetter.latex(sympy.Float(1234567.89)) == r"1.23457 \cdot 10^{6}"
+    assert typesetter.terms(0.1 * x - 2.5) == [r"0.1\,x", "- 2.5"]
+    assert tidied(x / 3.0) == x / 3.0
+
+
+def test_rounding_errors_are_left_out_of_sums():
+    x, y, z = sympy.symbols("x y z")
+    rest = 0.1 + 0.2 - 0.3
+    assert rest != 0
+    assert tidied(2.5 * x + rest * y) == 2.5 * x
+    assert tidied(z * (2.5 * x + rest * y * (x + 1)) ** 2) == z * (2.5 * x) ** 2
+    assert tidied(2.5 * x + z * (rest * y + 2 * rest * x)) == 2.5 * x
+    for kept in (rest * y, rest * y + rest * x, 2.5 * x + 1e-12 * y, x + y / 10**20):
+        assert tidied(kept) == kept
+    assert without_rounding(rest * y, beside=[x]) == 0
+    assert without_rounding(rest * y, beside=[rest * x]) == rest * y
+
+
+# Any mechanism
+
+LAWS = (
+    lambda push: Linear(K, C, 0.3),
+    lambda push: Polynomial((K, 0.1 * K, K), (C, C)),
+    lambda push: ForceLaw(C * V * abs(V) + K * sympy.tanh(S), S, V),
+    lambda push: Unilateral(Linear(K, C)),
+    lambda push: DamperTable((-1, 0, 1.5), (-C, 0, 0.3 * C), 0.7),
+    lambda push: SpringTable((-1, 0, 1), (-K, 0, 2 * K), outer_slopes=HELD),
+    lambda push: Actuator(push),
+)
+PORTS = (
+    lambda m, first, second: TravelPort(first, second.body, (0.6, 0, 0.8)),
+    lambda m, first, second: TravelPort(first, second.body, "z").less(m.add_input("road", "m")),
+    lambda m, first, second: LineOfSightPort(first, second),
+    lambda m, first, second: JointPort(m.coordinates[0]),
+    lambda m, first, second: PrescribedPort(m.add_input("road", "m")),
+    lambda m, first, second: CombinedPort(
+        ((JointPort(m.coordinates[0]), 0.3), (TravelPort(first, second.body, "x"), K))
+    ),
+)
+K, C, LENGTH, MASS = sympy.symbols("k c l m", positive=True)
+S, V = sympy.symbols("s v", real=True)
+
+
+def mechanism_at_random(seed):
+    """Give a link on a slider with two force elements; seven seeds in a row have every law and port."""
+    pick = random.Random(seed)
+
+    def place(*ends):
+        return tuple(pick.choice((0, 1, -1, 0.1, 0.3, LENGTH, *ends)) for _ in range(3))
+
+    mechanism = Mechanism("random", gravity=pick.choice((0, 9.81, sympy.Symbol("g"))))
+    joint = prismatic("s_a", pick.choice(("x", "z", (0.6, 0, 0.8)))).then(revolute("tilt", "y"))
+    inertia = pick.choice(((1, 1, 1), (MASS, MASS, MASS)))
+    mass = pick.choice((MASS, 1.5))
+    body = mechanism.add_body(
+        "link", mechanism.ground, joint, (0, 0, 0), mass=mass, mass_centre=place(), inertia=inertia
+    )
+    ports = (PORTS[seed % len(PORTS)], PORTS[3])
+    laws = (LAWS[3 * seed % len(LAWS)], LAWS[(3 * seed + 1) % len(LAWS)])
+    for name, port, law in zip(("a", "a_"), ports, laws, strict=True):
+        first = mechanism.point(f"link {name}", body, place())
+        second = mechanism.point(f"ground {name}", mechanism.ground, (0.7, 0.2, -3))
+        push = mechanism.add_input(f"push_{name}", "N")
+        mechanism.add_force_element(name, port(mechanism, first, second), law(push))
+    return mechanism
+
+
+@pytest.mark.parametrize("seed", range(7))
+def test_any_mechanism_can_be_read(seed):
+    equations = derive(mechanism_at_random(seed))
+    written = [each.lhs - each.rhs for each in equations.lagrange_equations]
+    derived = equations.program.expand(equations.residual)
+    mentioned = set(equations.arguments).union(*(each.free_symbols for each in (*written, *derived)))
+    generator = np.random.default_rng(seed)
+    numbers = {s: sympy.Float(generator.uniform(0.2, 1)) for s in sorted(mentioned, key=str)}
+    expected = [value(each, numbers) for each in derived]
+    assert [value(each, numbers) for each in written] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    form = written_form(equations)
+    numbers = evaluated(form.elements, numbers)
+    left = [value(sympy.Add(*row.left), numbers) - value(row.right, numbers) for row in form.motion]
+    assert left == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert_whole(to_latex(equations))
+    assert_whole(equations._repr_latex_().replace("aligned", "align*"))
+
+
+def test_squares_below_a_root_stay_there():
+    """Of sin^2 and cos^2 in a length none is a factor of the product that the length stands in."""
+    length, k = sympy.symbols("l k", positive=True)
+    mechanism = Mechanism("link", gravity=0)
+    joint = prismatic("x", "x").then(revolute("th", "y"))
+    body = mechanism.add_body("link", mechanism.ground, joint, (0, 0, 0), mass=1, inertia=(0, 1, 0))
+    end, foot = (
+        mechanism.point("end", body, (length, 0, 0)),
+        mechanism.point("foot", mechanism.ground, (0, 0, -1)),
+    )
+    mechanism.add_force_element("spring", LineOfSightPort(end, foot), Polynomial((k, k)))
+    equations = derive(mechanism)
+    numbers = dict(zip(equations.arguments, map(sympy.Float, (0.2, 0.3, 0.5, -0.4, 0.7, 1.1)), strict=True))
+    numbers |= {length: sympy.Float(0.8), k: sympy.Float(3.0)}
+    written = [value(each.lhs - each.rhs, numbers) for each in equations.lagrange_equations]
+    derived = [value(each, numbers) for each in equations.program.expand(equations.residual)]
+    assert written == pytest.approx(derived, rel=1e-12)
 
 
 def test_names_that_latex_would_stumble_over():
