@@ -46,9 +46,8 @@ def from_lagrangian(
     Parameters
     ----------
     lagrangian
-        L (J) in coordinates, inputs and their rates. Terms of the sum that contain a rate make the kinetic
-        energy of the result's `energies`, the others the potential energy; a product of sums is a sum of
-        products, a power is one term.
+        L (J) in coordinates, inputs and their rates. Terms with a rate, once products of sums are multiplied
+        out, make the kinetic energy of the result's `energies`, the others the potential energy.
     coordinates
         The generalised coordinates, in order. The linear stage takes their zero for the position of rest.
     name

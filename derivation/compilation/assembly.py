@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import sympy
 
@@ -17,32 +16,7 @@ from chassym.derivation.compilation.instructions import (
     splat,
     splat_truth,
 )
-from chassym.derivation.compilation.parts import Statement, divide, in_order_of_need, scratch_places
-
-
-@dataclass(frozen=True)
-class Kernel:
-    """A function of varying arguments and of constants, to be evaluated for many samples.
-
-    Attributes
-    ----------
-    name
-        Symbol in the machine code.
-    arguments
-        Row of every varying symbol in the kernel's input.
-    constants
-        Row of every symbol that does not vary from sample to sample.
-    definitions
-        Assignments in order.
-    results
-        What is returned, row by row.
-    """
-
-    name: str
-    arguments: Mapping[sympy.Symbol, int]
-    constants: Mapping[sympy.Symbol, int]
-    definitions: Mapping[sympy.Symbol, sympy.Expr]
-    results: Sequence[sympy.Expr]
+from chassym.derivation.compilation.parts import Kernel, Statement, divide, in_order_of_need, scratch_places
 
 
 class UnsupportedExpressionError(NotImplementedError):
@@ -90,7 +64,7 @@ _PREDICATES = {
 
 def _function(kernel: Kernel) -> str:
     """A loop over the samples that calls the kernel's parts, and the parts."""
-    parts = divide(in_order_of_need(kernel.definitions, kernel.results))
+    parts = divide(in_order_of_need(kernel))
     places = scratch_places(parts)
     names = [f"{kernel.name}_part{number}" for number in range(len(parts))]
     return "\n".join(

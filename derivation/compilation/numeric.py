@@ -8,13 +8,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from threading import RLock
 
 import numpy as np
 import sympy
 
 from chassym.derivation.compilation import cache, machine_code
-from chassym.derivation.compilation.assembly import Kernel, assembly
+from chassym.derivation.compilation.assembly import assembly
 from chassym.derivation.compilation.compiled_function import CompiledFunction
+from chassym.derivation.compilation.parts import Kernel
 from chassym.derivation.compilation.structure import describe
 from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.lagrange import derive
@@ -48,6 +50,8 @@ def _matrix(rows: Sequence[Sequence[sympy.Expr]]) -> _Results:
 class CompiledEquations:
     """The functions of a system, derived and compiled when first asked for, or taken from disk.
 
+    Several threads may ask at once: they wait for each other, as all functions grow on one program.
+
     Parameters
     ----------
     source
@@ -55,11 +59,9 @@ class CompiledEquations:
     """
 
     def __init__(self, source: System | EquationsOfMotion) -> None:
-        if isinstance(source, EquationsOfMotion):
-            self.system = source.system
-            self.__dict__["equations"] = source
-        else:
-            self.system = source.snapshot()
+        self._lock = RLock()
+        self._equations = source if isinstance(source, EquationsOfMotion) else None
+        self.system = source.system if isinstance(source, EquationsOfMotion) else source.snapshot()
         self._jacobians: dict[tuple[str, ...], CompiledFunction] = {}
 
     def __getstate__(self) -> dict[str, object]:
@@ -67,12 +69,19 @@ class CompiledEquations:
 
         The equations are derived again where they are needed, and the identity holds on this machine only.
         """
-        return {name: value for name, value in vars(self).items() if name not in ("equations", "_identity")}
+        left_out = ("_equations", "_identity", "_lock")
+        return {name: value for name, value in vars(self).copy().items() if name not in left_out}
 
-    @cached_property
+    def __setstate__(self, state: Mapping[str, object]) -> None:
+        vars(self).update(state, _equations=None, _lock=RLock())
+
+    @property
     def equations(self) -> EquationsOfMotion:
         """The equations of motion."""
-        return derive(self.system)
+        with self._lock:
+            if self._equations is None:
+                self._equations = derive(self.system)
+            return self._equations
 
     @cached_property
     def residual(self) -> CompiledFunction:
@@ -122,28 +131,35 @@ class CompiledEquations:
 
         Raises
         ------
+        TypeError
+            If the names are one string.
         ValueError
             If the equations mention no such name.
         """
+        if isinstance(names, str):
+            raise TypeError(f"names: a sequence of names is needed; the string {names!r} received")
         chosen = tuple(names)
-        if chosen not in self._jacobians:
-            title = "\0".join(["jacobian", *chosen])
-            self._jacobians[chosen] = self._function(title, lambda e: _matrix(_derivatives(e, chosen)))
-        return self._jacobians[chosen]
+        title = "\0".join(["jacobian", *chosen])
+        with self._lock:
+            if chosen not in self._jacobians:
+                self._jacobians[chosen] = self._function(title, lambda e: _matrix(_derivatives(e, chosen)))
+            return self._jacobians[chosen]
 
     def _function(self, name: str, choose: Callable[[EquationsOfMotion], _Results]) -> CompiledFunction:
         def build() -> cache.Source:
             return _generate(self.equations, choose(self.equations))
 
+        def compiled() -> bytes:
+            return machine_code.compile_assembly(source.assembly)
+
         processor = machine_code.processor()
-        if self._identity is None:
-            source = build()
-            code = machine_code.compile_assembly(source.assembly)
-        else:
-            source = cache.fetch_source(cache.key([name, self._identity]), build)
-            code = cache.fetch_object_code(
-                source, processor, lambda: machine_code.compile_assembly(source.assembly)
-            )
+        with self._lock:
+            if self._identity is None:
+                source = build()
+                code = compiled()
+            else:
+                source = cache.fetch_source(cache.key([name, self._identity]), build)
+                code = cache.fetch_object_code(source, processor, compiled)
         arguments = 3 * len(self.system.coordinates) + 2 * len(self.system.inputs)
         return CompiledFunction(arguments, cache.Entry(source, processor, code))
 

@@ -1,4 +1,4 @@
-"""A kernel's statements in the order in which results need them, and in parts that are compiled one by one."""
+"""A kernel, its statements in the order of need, and the parts that are compiled one by one."""
 
 from __future__ import annotations
 
@@ -14,6 +14,31 @@ _PART = 250
 The time of register allocation grows faster than a function: with parts it grows as the model does. In a
 small kernel the values that parts hand on through memory would cost more time than the parts save.
 """
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A function of varying arguments and of constants, to be evaluated for many samples.
+
+    Attributes
+    ----------
+    name
+        Symbol in the machine code.
+    arguments
+        Row of every varying symbol in the kernel's input.
+    constants
+        Row of every symbol that does not vary from sample to sample.
+    definitions
+        Assignments in order.
+    results
+        What is returned, row by row.
+    """
+
+    name: str
+    arguments: Mapping[sympy.Symbol, int]
+    constants: Mapping[sympy.Symbol, int]
+    definitions: Mapping[sympy.Symbol, sympy.Expr]
+    results: Sequence[sympy.Expr]
 
 
 @dataclass(frozen=True)
@@ -35,22 +60,20 @@ class Statement:
     needs: tuple[sympy.Symbol, ...]
 
 
-def in_order_of_need(
-    definitions: Mapping[sympy.Symbol, sympy.Expr], results: Sequence[sympy.Expr]
-) -> list[Statement]:
+def in_order_of_need(kernel: Kernel) -> list[Statement]:
     """Statements with every value computed as late, and every result put away as early, as possible.
 
     Fewer values then wait at a time. Results come in the order in which the definitions complete them, and
     every one of them after the definitions that it needs and that are not there yet.
     """
-    place = {symbol: number for number, symbol in enumerate(definitions)}
+    place = {symbol: number for number, symbol in enumerate(kernel.definitions)}
 
     def statement(target: sympy.Symbol | int, expression: sympy.Expr) -> Statement:
         needs = sorted((s for s in expression.free_symbols if s in place), key=place.__getitem__)
         return Statement(target, expression, tuple(needs))
 
-    assigned = {symbol: statement(symbol, expression) for symbol, expression in definitions.items()}
-    last = [statement(row, sympy.sympify(result)) for row, result in enumerate(results)]
+    assigned = {symbol: statement(symbol, expression) for symbol, expression in kernel.definitions.items()}
+    last = [statement(row, sympy.sympify(result)) for row, result in enumerate(kernel.results)]
     ordered: dict[sympy.Symbol | int, Statement] = {}
     for result in sorted(last, key=lambda s: place[s.needs[-1]] if s.needs else -1):
         for each in _with_needs(result, assigned, ordered):

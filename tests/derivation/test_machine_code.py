@@ -3,9 +3,13 @@
 import ctypes
 import subprocess
 import sys
+from collections import defaultdict
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import pairwise
+from operator import attrgetter, methodcaller
+from threading import Barrier
 
 import numpy as np
 import pytest
@@ -18,11 +22,14 @@ from chassym.derivation import (
     Mechanism,
     Model,
     Program,
+    load_model,
     prismatic,
 )
-from chassym.derivation.compilation.assembly import Kernel, UnsupportedExpressionError, assembly
+from chassym.derivation.compilation.assembly import UnsupportedExpressionError, assembly
+from chassym.derivation.compilation.compiled_function import CompiledFunction
 from chassym.derivation.compilation.instructions import LANES
 from chassym.derivation.compilation.machine_code import compile_assembly, link
+from chassym.derivation.compilation.parts import Kernel, divide, in_order_of_need, scratch_places
 
 X, Y, C, D = sympy.symbols("x y c d", real=True)
 COUNTS = (1, 7, 8, 9, 100)
@@ -467,6 +474,66 @@ def test_a_mechanism_with_a_law_of_many_functions() -> None:
     assert np.all(slopes[2] == 2)
 
 
+# Kernels in parts
+
+
+@pytest.fixture(scope="module")
+def large() -> Kernel:
+    """Give a kernel of names made of their predecessor and of one long before, all within one or so.
+
+    Results are early and late names, an argument, a constant, a number, and sums of names that are far apart.
+    """
+    t = sympy.symbols("t:3000", real=True)
+    definitions = {t[0]: X * Y}
+    for i in range(1, len(t)):
+        near, far = t[i - 1], t[7919 % i]
+        forms = [sympy.sin(near + 2 * far + X), near * far - Y / 3, sympy.cos(D * near) * far * C]
+        definitions[t[i]] = forms[i % 3] if i % 50 else sympy.Piecewise((near, near > far), (far / 2, True))
+    results = [t[2999], t[5], t[1500] - t[10] * t[2900], X, C, sympy.Integer(3), *t[100::50], t[5]]
+    return Kernel("kernel", {X: 0, Y: 1}, {C: 0, D: 1}, definitions, results)
+
+
+def test_a_kernel_in_parts_is_numpys(large: Kernel) -> None:
+    assert len(divide(in_order_of_need(large))) > 20
+    arguments, constants = np.random.default_rng(3).uniform(-1, 1, (2, 20)), [0.7, -0.6]
+    pairs = list(large.definitions.items())
+    plain = sympy.lambdify([X, Y, C, D], list(large.results), "numpy", cse=lambda given: (pairs, list(given)))
+    expected = plain(*arguments, *constants)
+    found = run(list(large.results), arguments, constants, dict(large.definitions))
+    for own, other in zip(found, expected, strict=True):
+        assert own == pytest.approx(np.broadcast_to(other, 20), rel=1e-11, abs=1e-13)
+
+
+def test_parts_stay_small_and_a_small_kernel_whole(large: Kernel) -> None:
+    statements = in_order_of_need(large)
+    assert max(map(len, divide(statements))) < 300
+    assert divide(statements[:800]) == [statements[:800]]
+
+
+def test_scratch_memory_keeps_a_value_until_its_last_use(large: Kernel) -> None:
+    parts = divide(in_order_of_need(large))
+    places = scratch_places(parts)
+    held: dict[int, sympy.Symbol] = {}
+    assigned: set[sympy.Symbol | int] = set()
+    for part in parts:
+        own = {statement.target for statement in part}
+        for statement in part:
+            target = statement.target
+            assert assigned.issuperset(statement.needs)
+            assert all(held[places[symbol]] == symbol for symbol in statement.needs if symbol not in own)
+            assigned.add(target)
+            if not isinstance(target, int) and target in places:
+                held[places[target]] = target
+    assert assigned == {*large.definitions, *range(len(large.results))}
+    assert len(held) < 0.7 * len(places)
+
+
+def test_what_no_result_needs_is_left_out() -> None:
+    a, b = sympy.symbols("a b", real=True)
+    kernel = Kernel("kernel", {X: 0}, {}, {a: sympy.sin(X), b: sympy.cos(X)}, [b])
+    assert [statement.target for statement in in_order_of_need(kernel)] == [b, 0]
+
+
 # Derivatives by any name
 
 
@@ -556,6 +623,11 @@ def test_an_unknown_name_is_refused_with_near_ones(quarter_car: Model, wrong: st
     assert "\n" not in str(caught.value)
 
 
+def test_a_string_is_no_sequence_of_names(quarter_car: Model) -> None:
+    with pytest.raises(TypeError, match=r"^names: a sequence of names is needed; .*'sprung.mass' received$"):
+        quarter_car.compiled.jacobian("sprung.mass")
+
+
 def test_derivatives_by_nothing(quarter_car: Model) -> None:
     function = quarter_car.compiled.jacobian([]).bind(quarter_car.values)
     assert function(np.zeros((8, 3))).shape == (0, 3)
@@ -609,3 +681,40 @@ print(CompiledEquations(cart).residual.bind({})(np.array([[2.0], [0.0], [0.0]]))
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert float(done.stdout) == 8.0
+
+
+# Threads
+
+
+def test_threads_that_fetch_different_functions_get_what_one_thread_gets(
+    monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """All functions of one model grow on one program."""
+    names = ["residual", "residual_jacobian", "accelerations", "outputs"]
+    names += ["knot_distances", "singularities", "linearisation"]
+    fetches = [attrgetter(name) for name in names]
+    fetches.append(methodcaller("jacobian", ("body.mass", "tyre.front.stiffness.z")))
+    fetched = []
+    for threads in (1, 8):
+        monkeypatch.setenv("CHASSYM_CACHE_DIR", str(tmp_path_factory.mktemp("empty")))
+        model = load_model("rigid_sedan")
+        started = Barrier(threads)
+
+        def fetch(
+            function: Callable, compiled: CompiledEquations = model.compiled, started: Barrier = started
+        ) -> CompiledFunction:
+            started.wait()
+            return function(compiled)
+
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(1e-6)
+        try:
+            with ThreadPoolExecutor(threads) as pool:
+                functions = list(pool.map(fetch, fetches))
+        finally:
+            sys.setswitchinterval(interval)
+        arguments = random_arguments(model, 5)
+        values = defaultdict(lambda: 0.5, model.values)  # stated slopes have no value of their own
+        fetched.append([function.bind(values)(arguments) for function in functions])
+    for alone, together in zip(*fetched, strict=True):
+        assert together == pytest.approx(alone, rel=1e-10, abs=1e-8)
