@@ -33,6 +33,7 @@ class Program:
         self._definitions: dict[sympy.Symbol, sympy.Expr] = {}
         self._names: dict[sympy.Expr, sympy.Symbol] = {}
         self._absorbed: dict[sympy.Expr, sympy.Expr] = {}
+        self._sums: set[frozenset[sympy.Symbol]] = set()
 
     @property
     def definitions(self) -> Mapping[sympy.Symbol, sympy.Expr]:
@@ -45,9 +46,13 @@ class Program:
         coefficient, rest = expression.as_coeff_Mul()
         if rest.is_Atom:
             return expression
-        if rest.is_Add and rest not in self._names and -rest in self._names:
+        if rest.is_Add and rest not in self._names and self._has_opposite(rest):
             coefficient, rest = -coefficient, -rest
         return coefficient * self._name(rest)
+
+    def _has_opposite(self, total: sympy.Expr) -> bool:
+        """Whether the opposite of a sum has a name; sums of other symbols are told apart without negating."""
+        return frozenset(total.free_symbols) in self._sums and -total in self._names
 
     def absorb(self, expression: sympy.Expr) -> sympy.Expr:
         """Name every part of an expression, inside out, and return the name of the whole."""
@@ -67,6 +72,8 @@ class Program:
         if expression not in self._names:
             symbol = sympy.Symbol(f"_{len(self._definitions)}", real=True)
             self._names[expression] = symbol
+            if expression.is_Add:
+                self._sums.add(frozenset(expression.free_symbols))
             self._definitions[symbol] = expression
         return self._names[expression]
 
