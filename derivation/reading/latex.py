@@ -44,7 +44,7 @@ def to_latex(equations: EquationsOfMotion, entries: Mapping[sympy.Symbol, Entry]
     r"""A complete article with the table of symbols and the equations; parameters stay symbols.
 
     A small model is written out: T, V and D, the elements' forces and one equation for every coordinate. A
-    large one is given as it is evaluated: intermediate results in order, then M, h and Q.
+    large one is given as it is evaluated: intermediate results in order, then M, h, Q, T, V and D.
 
     Parameters
     ----------
@@ -123,14 +123,14 @@ def _straight_line(equations: EquationsOfMotion, entries: Mapping[sympy.Symbol, 
         "The equations of motion are $M \\ddot{q} + h = Q$ with a symmetric mass matrix $M$, of which the "
         f"upper half without zeros is given, and the coordinates $q$, in this order: {order}. The "
         f"intermediate results ${letter}_{{1}}$, ${letter}_{{2}}$, \\ldots{{}} stand in the order of "
-        "evaluation.\n"
+        "evaluation. Kinetic energy $T$, potential energy $V$ and dissipation function $D$ come last.\n"
     )
     return "\n".join(
         [
             _section("Symbols", _symbol_table(entries, printed | arguments)),
             _section("Straight-line form", intro),
             _section("Intermediate results", _columns(typesetter, form.steps)),
-            _section("Mass matrix, bias and generalised forces", _columns(typesetter, form.results)),
+            _section("Mass matrix, bias, forces and energies", _columns(typesetter, form.results)),
         ]
     )
 

@@ -112,14 +112,14 @@ def _elements(
 
 @dataclass(frozen=True)
 class StraightLineForm:
-    """Named intermediate results in the order of evaluation, then M, h and Q in terms of them.
+    """Named intermediate results in the order of evaluation, then M, h, Q and the energies in terms of them.
 
     Attributes
     ----------
     names
         The symbols that intermediate results have here, with their numbers; elements keep their own.
     steps, results
-        Rows of the intermediate results, and of the entries of M, h and Q.
+        Rows of the intermediate results, and of the entries of M, h and Q, and of T, V and D.
     """
 
     names: Mapping[sympy.Symbol, int]
@@ -140,7 +140,7 @@ def straight_line_form(equations: EquationsOfMotion) -> StraightLineForm:
 
 
 def _entries(equations: EquationsOfMotion) -> Iterable[tuple[str, sympy.Expr]]:
-    """The upper half of M without its zeros, h and Q, counted from 1 in the order of the coordinates."""
+    """The upper half of M without its zeros, h and Q, counted from 1, then T, V and D."""
     for i, row in enumerate(equations.mass_matrix, start=1):
         for j, entry in enumerate(row[i - 1 :], start=i):
             if entry != 0:
@@ -148,3 +148,5 @@ def _entries(equations: EquationsOfMotion) -> Iterable[tuple[str, sympy.Expr]]:
     for letter, vector in (("h", equations.bias), ("Q", equations.generalized_forces)):
         for i, entry in enumerate(vector, start=1):
             yield f"{letter}_{{{i}}}", entry
+    energies = equations.energies
+    yield from (("T", energies.kinetic), ("V", energies.potential), ("D", energies.dissipation))

@@ -260,6 +260,9 @@ def test_the_straight_line_form_is_the_compiled_residual(model):
     bias, applied = (np.array([found[f"{x}_{{{i}}}"] for i in range(1, n + 1)], float) for x in "hQ")
     residual = model.residual(arguments[:, None])[:, 0]
     assert mass @ accelerations + bias - applied == pytest.approx(residual, rel=1e-9, abs=1e-8)
+    rates = arguments[n : 2 * n]
+    assert found["T"] == pytest.approx(rates @ mass @ rates / 2, rel=1e-9)
+    assert found.keys() >= {"V", "D"}
 
 
 @pytest.fixture(scope="module")
