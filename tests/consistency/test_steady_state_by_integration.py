@@ -14,7 +14,7 @@ SAMPLES = 40_000
 @pytest.mark.parametrize(
     ("excitation", "periods"),
     [
-        pytest.param(rig.lateral(), 180, id="lateral"),
+        pytest.param(rig.lateral(), 180, id="lateral", marks=pytest.mark.slow),
         pytest.param(rig.vertical(), 170, id="vertical", marks=pytest.mark.slow),
         pytest.param(rig.heave(1.0), 25, id="heave at the body's peak"),
         pytest.param(rig.heave(9.5), 600, id="heave at the wheels' peak", marks=pytest.mark.slow),

@@ -686,6 +686,7 @@ print(CompiledEquations(cart).residual.bind({})(np.array([[2.0], [0.0], [0.0]]))
 # Threads
 
 
+@pytest.mark.slow
 def test_threads_that_fetch_different_functions_get_what_one_thread_gets(
     monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
