@@ -121,7 +121,7 @@ def test_growth_with_the_body_sections(sedan: Model, capsys: pytest.CaptureFixtu
         matrix.append(operations["mass_matrix_and_bias"])
         right.append(operations["right_hand_side"])
         show(capsys, f"{sections} sections, {sizes[-1]} degrees of freedom, time (s)", times[-1])
-        show(capsys, f"{sections} sections, operations of M and h, and of the right-hand side", matrix[-1])
+        show(capsys, f"{sections} sections, operations of M and h", matrix[-1])
         show(capsys, f"{sections} sections, operations of the right-hand side", right[-1])
     for name, values in (("time", times), ("operations of M and h", matrix), ("right-hand side", right)):
         show(capsys, f"exponent of {name} over degrees of freedom", exponent(sizes, values))
