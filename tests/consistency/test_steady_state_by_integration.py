@@ -24,7 +24,7 @@ def test_every_metric_agrees(sedan: Model, excitation: Harmonic, periods: int) -
     """The slowest multiplier is 0.904 per period of the lateral and twist tests: 180 periods leave 1e-8."""
     found = steady_state(sedan, excitation)
     last = np.linspace(periods - 1, periods, SAMPLES + 1) * excitation.period_s
-    moved = simulate(sedan, excitation, np.concatenate([[0.0], last]), relative_tolerance=1e-8)
+    moved = simulate(sedan, excitation, np.concatenate([[0.0], last]), relative_tolerance=1e-9)
     assert moved.states[:, 1] == pytest.approx(moved.states[:, -1], abs=1e-7), "transients must have died out"
     outputs = dict(zip(sedan.output_names, moved.outputs()[:, 1:], strict=True))
     _compare(found.peak_to_peak, {name: np.ptp(outputs[name]) for name in found.peak_to_peak}, outputs)
