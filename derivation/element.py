@@ -20,6 +20,11 @@ class ForceElement:
     preload: sympy.Symbol | None = None
 
     @property
+    def constant_force(self) -> sympy.Expr:
+        """The preload; zero without one."""
+        return sympy.S.Zero if self.preload is None else self.preload
+
+    @property
     def unit(self) -> str:
         """Unit of its force: that which works on the port's deflection."""
         return "N*m" if self.port.unit == "rad" else "N"

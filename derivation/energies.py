@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from chassym.derivation.body import GROUND, Body, Point
-from chassym.derivation.element import ElementAnswer, ForceElement
+from chassym.derivation.element import ElementAnswer
 from chassym.derivation.kinematics import Kinematics
 from chassym.derivation.vector import ZERO, Vector, add, cross, dot
 
@@ -50,7 +50,7 @@ def tree_energies(
         potential.append(_weight_energy(kinematics, body, sympy.sympify(mechanism.gravity)))
     for element in mechanism.elements:
         answer, law = answers[element.name], element.characteristic
-        potential.append(program.absorb(law.potential(answer.deflection, _preload(element))))
+        potential.append(program.absorb(law.potential(answer.deflection, element.constant_force)))
         dissipation.append(program.absorb(law.dissipation(answer.rate)))
     return Energies(
         program.let(sympy.Add(*_kinetic_energies(kinematics))),
@@ -58,10 +58,6 @@ def tree_energies(
         program.let(sympy.Add(*dissipation)),
         tuple(applied),
     )
-
-
-def _preload(element: ForceElement) -> sympy.Expr:
-    return sympy.S.Zero if element.preload is None else element.preload
 
 
 def _weight_energy(kinematics: Kinematics, body: Body, gravity: sympy.Expr) -> sympy.Expr:

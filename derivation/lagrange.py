@@ -93,7 +93,7 @@ def _of_mechanism(mechanism: Mechanism) -> EquationsOfMotion:
 
 def _answer(kinematics: Kinematics, element: ForceElement) -> ElementAnswer:
     """Deflection, rate and force of an element, each under a name of the program."""
-    program, preload = kinematics.program, element.preload or sympy.S.Zero
+    program, preload = kinematics.program, element.constant_force
     deflection = program.assign(element.port.deflection(kinematics))
     rate = program.assign(element.port.rate(kinematics))
     force = program.assign(element.characteristic.force(program, deflection, rate, preload))
@@ -124,9 +124,8 @@ def _remaining_forces(
     """Generalised forces of what has neither an energy nor a dissipation function."""
     remaining = {}
     for element in mechanism.elements:
-        answer, preload = answers[element.name], element.preload or sympy.S.Zero
-        law = element.characteristic
-        rest = law.remainder(kinematics.program, answer.deflection, answer.rate, preload)
+        answer, law = answers[element.name], element.characteristic
+        rest = law.remainder(kinematics.program, answer.deflection, answer.rate, element.constant_force)
         if rest != 0:
             remaining[element] = rest
     return _generalized_forces(kinematics, mechanism, remaining)

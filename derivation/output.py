@@ -44,6 +44,11 @@ class Measured:
         index = self.kinematics.link_of(body)
         return ZERO if index is None else self.accelerations[index].of_point(self.kinematics.program, place)
 
+    def seen(self, own: Vector, body: Body, carried: Vector, observer: Body, axes: Body) -> Vector:
+        """A body's own vector less the one its observer carries, both in the axes of a third body."""
+        rotated = self.kinematics.rotated
+        return subtract(self.kinematics.program, rotated(own, body, axes), rotated(carried, observer, axes))
+
 
 @dataclass(frozen=True, eq=False)
 class Output(ABC):
@@ -138,13 +143,9 @@ class PointAcceleration(Directed):
 
     def expression(self, measured: Measured) -> sympy.Expr:
         """The acceleration (m/s^2)."""
-        kinematics = measured.kinematics
-        own = measured.acceleration(self.point.body, kinematics.arm(self.point))
-        seen = kinematics.rotated(own, self.point.body, self.axes)
-        if self.observer is not GROUND:
-            carried = kinematics.rotated(self._carried(measured, self.observer), self.observer, self.axes)
-            seen = subtract(kinematics.program, seen, carried)
-        return dot(self.direction, seen)
+        own = measured.acceleration(self.point.body, measured.kinematics.arm(self.point))
+        carried = self._carried(measured, self.observer)
+        return dot(self.direction, measured.seen(own, self.point.body, carried, self.observer, self.axes))
 
     def _carried(self, measured: Measured, observer: Body) -> Vector:
         """What the observer's own motion adds: of the place where the point is, and Coriolis' part."""
@@ -166,12 +167,8 @@ class AngularVelocity(Directed):
 
     def expression(self, measured: Measured) -> sympy.Expr:
         """The angular velocity (rad/s)."""
-        kinematics = measured.kinematics
-        seen = kinematics.rotated(measured.angular_velocity(self.body), self.body, self.axes)
-        if self.observer is not GROUND:
-            own = kinematics.rotated(measured.angular_velocity(self.observer), self.observer, self.axes)
-            seen = subtract(kinematics.program, seen, own)
-        return dot(self.direction, seen)
+        own, carried = measured.angular_velocity(self.body), measured.angular_velocity(self.observer)
+        return dot(self.direction, measured.seen(own, self.body, carried, self.observer, self.axes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,12 +183,8 @@ class AngularAcceleration(Directed):
 
     def expression(self, measured: Measured) -> sympy.Expr:
         """The angular acceleration (rad/s^2)."""
-        kinematics = measured.kinematics
-        seen = kinematics.rotated(measured.angular_acceleration(self.body), self.body, self.axes)
-        if self.observer is not GROUND:
-            carried = kinematics.rotated(self._carried(measured, self.observer), self.observer, self.axes)
-            seen = subtract(kinematics.program, seen, carried)
-        return dot(self.direction, seen)
+        own, carried = measured.angular_acceleration(self.body), self._carried(measured, self.observer)
+        return dot(self.direction, measured.seen(own, self.body, carried, self.observer, self.axes))
 
     def _carried(self, measured: Measured, observer: Body) -> Vector:
         """The observer's own angular acceleration, and what its spin adds to the body's."""
@@ -221,13 +214,8 @@ class Deflection(Output):
 
 
 @dataclass(frozen=True, eq=False)
-class DeflectionRate(Output):
+class DeflectionRate(Deflection):
     """Rate of a port's deflection."""
-
-    port: Port
-
-    def __post_init__(self) -> None:
-        expect(f"output {self.name!r}: port", self.port, Port)
 
     @property
     def unit(self) -> str:
@@ -259,22 +247,12 @@ class ElementForce(Output):
 
 
 @dataclass(frozen=True, eq=False)
-class ContactForce(Output):
+class ContactForce(ElementForce):
     """Force of a support on an element's point: the opposite of the element's resisting force."""
-
-    element: ForceElement
-
-    def __post_init__(self) -> None:
-        expect(f"output {self.name!r}: element", self.element, ForceElement)
-
-    @property
-    def unit(self) -> str:
-        """Unit of the force that works on the deflection."""
-        return self.element.unit
 
     def expression(self, measured: Measured) -> sympy.Expr:
         """The force (N)."""
-        return -measured.forces[self.element.name]
+        return -super().expression(measured)
 
 
 @dataclass(frozen=True, eq=False)

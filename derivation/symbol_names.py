@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import sympy
@@ -14,6 +13,7 @@ from chassym.derivation.element import ForceElement
 from chassym.derivation.errors import MechanismError
 from chassym.derivation.joint import Coordinate
 from chassym.derivation.output import UserOutput
+from chassym.derivation.references import contents
 
 if TYPE_CHECKING:
     from chassym.derivation.mechanism import Mechanism
@@ -75,19 +75,7 @@ def _collect(value: object, placed: set[sympy.Symbol], formulas: set[sympy.Symbo
         placed |= value.free_symbols
     elif isinstance(value, ForceElement):
         _collect((value.port, value.characteristic), placed, formulas)
-    elif is_dataclass(value):
-        for inside in _inside(value):
-            _collect(inside, placed, formulas)
-    elif isinstance(value, Mapping):
-        for inside in value.values():
-            _collect(inside, placed, formulas)
-    elif isinstance(value, Iterable) and not isinstance(value, str):
-        for inside in value:
-            _collect(inside, placed, formulas)
-
-
-def _inside(part: object) -> Iterator[object]:
-    """The fields of a part, but for other parts of the mechanism, which are looked at themselves."""
-    others = (Body, Coordinate, Input, ForceElement)
-    values = (getattr(part, f.name) for f in fields(part))  # type: ignore[arg-type]
-    return (value for value in values if not isinstance(value, others))
+    else:
+        for inside in contents(value):
+            if not isinstance(inside, Body | Coordinate | Input | ForceElement):  # looked at themselves
+                _collect(inside, placed, formulas)

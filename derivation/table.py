@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -65,7 +66,7 @@ class Table:
         """Where the slope jumps."""
         return self.places[1:-1] if self.outer_slopes is None else self.places
 
-    @property
+    @cached_property
     def slopes(self) -> list[sympy.Expr]:
         """The slope before the first knot, between each two, and after the last."""
         points = pairwise(zip(self.places, self.forces, strict=True))
@@ -98,6 +99,9 @@ class Table:
 
 class Knotted(Potential):
     """A table over the deflection or the rate: a linear analysis has to choose a slope at its knots."""
+
+    def __post_init__(self) -> None:
+        _ = self.table
 
     @property
     @abstractmethod
@@ -163,10 +167,7 @@ class DamperTable(Knotted):
     factor: sympy.Expr | float = 1
     outer_slopes: OuterSlopes | None = None
 
-    def __post_init__(self) -> None:
-        _ = self.table
-
-    @property
+    @cached_property
     def table(self) -> Table:
         """The table over the rate."""
         return Table(self.velocities, self.forces, self.factor, self.outer_slopes)
@@ -201,10 +202,7 @@ class SpringTable(Knotted):
     factor: sympy.Expr | float = 1
     outer_slopes: OuterSlopes | None = None
 
-    def __post_init__(self) -> None:
-        _ = self.table
-
-    @property
+    @cached_property
     def table(self) -> Table:
         """The table over the deflection."""
         return Table(self.deflections, self.forces, self.factor, self.outer_slopes)

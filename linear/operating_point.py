@@ -68,8 +68,10 @@ def check_equilibrium(model: Model) -> None:
     if near is not None and near.is_harmful:
         raise OperatingPointError(f"the design position of {model.system.name!r}: {near.refusal}")
     residual = np.abs(model.design_residual)
-    accepted = max(RESIDUAL_TOLERANCE * _held_force(model), _ROUNDING * _stiffest(model))
+    accepted = RESIDUAL_TOLERANCE * _held_force(model)
     worst = int(residual.argmax())
+    if not residual[worst] <= accepted:
+        accepted = max(accepted, _ROUNDING * _stiffest(model))
     if not residual[worst] <= accepted:
         coordinate = model.system.coordinates[worst]
         raise OperatingPointError(
@@ -93,7 +95,7 @@ def find_jump(model: Model) -> Jump | None:
     sizes = np.ptp([np.broadcast_to(at, after.shape), after, before], axis=0)
     coordinate, argument = np.unravel_index(np.nan_to_num(sizes, nan=0.0).argmax(), sizes.shape)
     size = float(sizes[coordinate, argument])
-    if not size > max(_ROUNDING * _held_force(model), _CONTINUOUS):
+    if not size > _CONTINUOUS or not size > _ROUNDING * _held_force(model):
         return None
     name = model.equations.arguments[argument].name
     return Jump(name, model.system.coordinates[coordinate].name, size, _unit(model, int(coordinate)))

@@ -158,7 +158,8 @@ class _Integration:
             raise ValueError(f"start: shape {state.shape} received; ({2 * self._n},) is needed")
         states = np.empty((len(state), len(times)))
         states[:, 0] = state
-        self._refuse_singular((times[0], times[0]), (state, state))
+        regular_side = np.sign(self._singularities(self._load(times[0], state)))
+        self._refuse_singular(regular_side, (times[0], times[0]), (state, state))
         sides = np.sign(self._knots(times[0], state))
         solver = self._solver(times[0], state, times[-1])
         crossed, reported = 0, 1
@@ -169,7 +170,7 @@ class _Integration:
                     f"integration stopped at {solver.t:.6g} s: "
                     f"{message or 'the motion is no longer finite'}; check the excitation's amplitude"
                 )
-            self._refuse_singular((solver.t_old, solver.t), (solver.y_old, solver.y))
+            self._refuse_singular(regular_side, (solver.t_old, solver.t), (solver.y_old, solver.y))
             interpolant, end = solver.dense_output(), solver.t
             passed = self._first_passed(interpolant, sides, solver.t_old, end)
             if passed is not None:
@@ -184,13 +185,12 @@ class _Integration:
             progress(end)
         return Simulation(self._model, self._excitation, times, states, crossed, self._evaluations)
 
-    def _refuse_singular(self, times_s: tuple[float, float], states: tuple[np.ndarray, np.ndarray]) -> None:
-        """Stop where a step came near, or through, the singularity of a rotation sequence."""
-        before, after = (
-            self._singularities(self._load(time_s, state))
-            for time_s, state in zip(times_s, states, strict=True)
-        )
-        if np.any((np.abs(after) < LIMIT) | (after * before < 0)):
+    def _refuse_singular(
+        self, regular_side: np.ndarray, times_s: tuple[float, float], states: tuple[np.ndarray, np.ndarray]
+    ) -> None:
+        """Stop where a step came near the singularity of a rotation sequence, or to its other side."""
+        distances = regular_side * self._singularities(self._load(times_s[1], states[1]))
+        if np.any(distances < LIMIT):
             arguments = _arguments(self._model, self._excitation, np.array(times_s), np.stack(states, axis=1))
             near = self._model.nearest_singularity(arguments)
             if near is not None and near.is_harmful:

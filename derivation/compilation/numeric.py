@@ -23,10 +23,6 @@ from chassym.derivation.lagrange import derive
 from chassym.derivation.program import Program
 from chassym.derivation.system import System
 
-_FOLDER = Path(__file__).parent
-_OWN_SOURCES = {*_FOLDER.glob("*.py"), *_FOLDER.parent.glob("*.py")}
-"""Modules that have a part in what is compiled: these and those that derive."""
-
 
 @dataclass(frozen=True)
 class _Results:
@@ -121,7 +117,7 @@ class CompiledEquations:
     def jacobian(self, names: Sequence[str]) -> CompiledFunction:
         """Derivatives of residual and outputs by some arguments or parameters, shape (n + outputs, names).
 
-        At a corner of a force law they are the mean of both sides.
+        At a corner of a force law they are what `EquationsOfMotion.jacobian` says.
 
         Parameters
         ----------
@@ -170,9 +166,11 @@ class CompiledEquations:
         None if a force law cannot be described, or a class has no source to be read, as one typed at a
         prompt: its code then goes to no disk.
         """
+        folder = Path(__file__).parent
         try:
             described, classes = describe(self.system)
-            modules = {Path(inspect.getfile(c)) for c in classes} | _OWN_SOURCES
+            compiling, deriving = folder.glob("*.py"), folder.parent.glob("*.py")
+            modules = {Path(inspect.getfile(c)) for c in classes} | {*compiling, *deriving}
             sources = [path.read_text(encoding="utf-8") for path in sorted(modules)]
             return "\0".join([described, sympy.__version__, np.__version__, *sources])
         except (OSError, TypeError, ValueError):

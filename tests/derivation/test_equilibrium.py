@@ -21,6 +21,8 @@ from chassym.derivation import (
 from chassym.derivation.equilibrium import design_residual, solve_preloads
 from chassym.derivation.vehicles.full_car import kinematics_and_compliance_rig
 
+from .variants import scaled_at_random
+
 TOLERANCE = 1e-9  # of the weight
 
 
@@ -30,18 +32,6 @@ def weight(model: Model) -> float:
     flat = {sympy.Symbol(name, real=True): value for name, value in values.items()}
     total = sum(body.mass for body in model.system.bodies) * model.system.gravity
     return float(sympy.sympify(total).subs(flat))
-
-
-def changed(model: Model, seed: int) -> Model:
-    """Multiply every parameter by a factor of its own, 0.7 to 1.4; one for all moments of a body."""
-    generator = np.random.default_rng(seed)
-    factors: dict[str, float] = {}
-    changes: dict[str, list[float] | float] = {}
-    for name, parameter in model.parameters.items():
-        group = name.rsplit(".", 1)[0] if ".inertia." in name else name
-        value = np.multiply(parameter.value, factors.setdefault(group, generator.uniform(0.7, 1.4)))
-        changes[name] = value.tolist()
-    return model.with_parameters(changes)
 
 
 @pytest.mark.parametrize("name", vehicle_names())
@@ -54,7 +44,7 @@ def test_built_in_vehicles_rest_at_the_design_position(name: str) -> None:
 def test_any_parameters_rest_at_the_design_position(name: str) -> None:
     model = load_model(name)
     for seed in range(10):
-        variant = changed(model, seed)
+        variant = scaled_at_random(model, seed)
         assert np.abs(variant.design_residual).max() <= TOLERANCE * weight(variant)
 
 
@@ -94,7 +84,7 @@ def statics_by_hand(values: Mapping[str, float]) -> dict[str, float]:
 
 @pytest.mark.parametrize("seed", [None, 0, 1])
 def test_preloads_of_the_car_by_hand(sedan: Model, seed: int | None) -> None:
-    model = sedan if seed is None else changed(sedan, seed)
+    model = sedan if seed is None else scaled_at_random(sedan, seed)
     expected = statics_by_hand(model.values)
     for axle in ("front", "rear"):
         for side in ("left", "right"):

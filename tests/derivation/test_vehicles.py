@@ -24,6 +24,8 @@ from chassym.derivation.vehicles.body_sections import SectionedBody
 from chassym.derivation.vehicles.full_car import add_body_sections, full_car
 from chassym.linear import LinearModel, damped_modes, linearise, undamped_modes
 
+from .variants import scaled_at_random
+
 PLACES = ("front", "middle", "rear")
 AXLES = ("front", "rear")
 WHEELS = ("axle", "suspension", "tyre")
@@ -86,18 +88,6 @@ def blocks(count: int, entries: dict[tuple[int, int], float]) -> np.ndarray:
     for (i, j), value in entries.items():
         matrix[i, j] = matrix[j, i] = value
     return matrix
-
-
-def scaled_at_random(model: Model, seed: int) -> Model:
-    """Multiply every parameter by a factor of its own, 0.7 to 1.4; one for all moments of a body."""
-    generator = np.random.default_rng(seed)
-    factors: dict[str, float] = {}
-    changes: dict[str, list[float] | float] = {}
-    for name, parameter in model.parameters.items():
-        group = name.rsplit(".", 1)[0] if ".inertia." in name else name
-        value = np.multiply(parameter.value, factors.setdefault(group, generator.uniform(0.7, 1.4)))
-        changes[name] = value.tolist()
-    return model.with_parameters(changes)
 
 
 def half_car_in_roll(p: dict[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
