@@ -64,8 +64,10 @@ from chassym.derivation.reading.latex import to_latex
 from chassym.derivation.schema import ParameterDefinition, ParameterError, Schema
 from chassym.derivation.singularity import Singularity
 from chassym.derivation.system import System
-from chassym.derivation.table import HELD, DamperTable, Knotted, SlopeRule, SpringTable, mean_slope
+from chassym.derivation.table import HELD, DamperTable, Knotted, SpringTable
+from chassym.derivation.table_numbers import TableNumbers
 from chassym.derivation.values import build_model
+from chassym.derivation.variants import Variants, variants
 from chassym.derivation.vehicles.library import load_model, vehicle_names
 
 __all__ = [
@@ -120,13 +122,14 @@ __all__ = [
     "Program",
     "Schema",
     "Singularity",
-    "SlopeRule",
     "SpringTable",
     "System",
+    "TableNumbers",
     "TravelPort",
     "Unilateral",
     "UnsupportedExpressionError",
     "UserOutput",
+    "Variants",
     "build_model",
     "cylindrical",
     "derive",
@@ -137,7 +140,6 @@ __all__ = [
     "glossary",
     "load_model",
     "load_parameters",
-    "mean_slope",
     "parse_parameters",
     "planar",
     "prismatic",
@@ -146,4 +148,5 @@ __all__ = [
     "to_latex",
     "vehicle_names",
     "weld",
+    "variants",
 ]

@@ -109,12 +109,62 @@ class EquationsOfMotion:
         A characteristic with knots enters by a symbol for its slope, `slopes` of the system: which slope it
         has at a knot is a choice to be made with the numbers.
         """
-        stated = {}
-        for name, slope in self.system.slopes.items():
+        return self.program.differentiate(self._results, self.arguments, self._stated_slopes)
+
+    @cached_property
+    def linearisation_change(self) -> list[sympy.Expr]:
+        """How the linearisation, applied to a motion, changes with everything, length n + outputs.
+
+        With J the linearisation, d the symbols of `motion` and e those of `change`, it is the derivative of
+        J d along e: a second directional derivative, which holds every sensitivity of a linear model.
+        """
+        applied = self.program.differentiate_along(self._results, self.motion, self._stated_slopes)
+        return self.program.differentiate_along(applied, self.change)
+
+    @cached_property
+    def statics_change(self) -> list[sympy.Expr]:
+        """How what a linearisation starts from changes along e, the symbols of `change`.
+
+        These are the residual, length n, the variable of every table, and the numbers of all tables: knots,
+        slopes and spacings, one table after the other.
+        """
+        statics = [*self.residual, *self.table_variables.values(), *self.table_numbers]
+        return self.program.differentiate_along(statics, self.change)
+
+    @cached_property
+    def table_numbers(self) -> list[sympy.Expr]:
+        """Knots, slopes and spacings of every table, one table after the other."""
+        laws = self.system.knotted.values()
+        return [number for law in laws for number in law.table.numbers(self.program)]
+
+    @cached_property
+    def motion(self) -> Mapping[sympy.Symbol, sympy.Symbol]:
+        """A symbol for the amplitude of every argument."""
+        return {each: sympy.Symbol(f"_{each.name}.amplitude", real=True) for each in self.arguments}
+
+    @cached_property
+    def change(self) -> Mapping[sympy.Symbol, sympy.Symbol]:
+        """A symbol for the change of every argument, parameter, preload and slope."""
+        changing = (*self.arguments, *self.parameters, *self.system.slopes.values())
+        return {each: sympy.Symbol(f"_{each.name}.change", real=True) for each in changing}
+
+    @property
+    def _stated_slopes(self) -> dict[sympy.Symbol, dict[sympy.Symbol, sympy.Expr]]:
+        """The symbol that stands for the slope of every tabulated force by its variable."""
+        variables = self.table_variables
+        return {
+            self.elements[name].tabulated: {variables[name]: slope}
+            for name, slope in self.system.slopes.items()
+        }
+
+    @cached_property
+    def table_variables(self) -> dict[str, sympy.Expr]:
+        """Deflection or rate that a table is over, by its element's name."""
+        found = {}
+        for name, law in self.system.knotted.items():
             answer = self.elements[name]
-            variable = self.system.knotted[name].argument(answer.deflection, answer.rate)
-            stated[answer.tabulated] = {variable: slope}
-        return self.program.differentiate(self._results, self.arguments, stated)
+            found[name] = law.argument(answer.deflection, answer.rate)
+        return found
 
     def jacobian(self, variables: Sequence[sympy.Symbol]) -> list[list[sympy.Expr]]:
         """Exact derivatives of residual and outputs, shape (n + outputs, variables), by any symbols.

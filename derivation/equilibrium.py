@@ -11,17 +11,39 @@ from chassym.derivation.compilation.numeric import CompiledEquations
 TOLERANCE = 1e-9
 """Largest residual accepted at an equilibrium, relative to the largest generalised force of the weights."""
 
+_WELL_CONDITIONED = 1e6
+"""Condition number up to which a matrix has full rank for sure."""
+
+_RESEMBLES = 0.9
+"""Distance from the unit matrix up to which normal equations are solved: their condition is then below 19."""
+
 
 class EquilibriumError(ValueError):
     """No static equilibrium at the position asked for."""
 
 
-def solve_preloads(compiled: CompiledEquations, values: Mapping[str, float]) -> dict[str, float]:
+def solve_preloads(
+    compiled: CompiledEquations, values: Mapping[str, np.ndarray | float], sets: int
+) -> dict[str, np.ndarray]:
     """Preloads (N or N m) with which the design position is in static equilibrium under gravity.
 
     The residual at rest is linear in the preloads, r = r0 + A preload, and one column of A is the difference
     that a unit preload makes. The unit is a push, which laws that cannot pull answer, too. Of several
     solutions the one of smallest norm is taken, which shares a load evenly.
+
+    Parameters
+    ----------
+    compiled
+        The system.
+    values
+        By parameter name: a number, or an array of shape (sets,).
+    sets
+        Number of parameter sets.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray
+        By preload name, shape (sets,).
 
     Raises
     ------
@@ -32,27 +54,62 @@ def solve_preloads(compiled: CompiledEquations, values: Mapping[str, float]) -> 
     without = dict(values) | dict.fromkeys(names, 0.0)
     if not names:
         return {}
-    start = design_residual(compiled, without)
-    columns = [start - design_residual(compiled, without | {name: -1.0}) for name in names]
+    start = design_residual(compiled, without, sets)
+    with np.errstate(invalid="ignore"):  # what is not finite is refused below
+        columns = [start - design_residual(compiled, without | {name: -1.0}, sets) for name in names]
     if not np.all(np.isfinite([start, *columns])):
         raise EquilibriumError(
             f"mechanism {compiled.system.name!r}: its forces at the design position are not finite; "
             "a parameter is too large, or one that is divided by is zero"
         )
-    solution, *_ = np.linalg.lstsq(np.array(columns).T, -start, rcond=1e-12)
-    found = {name: float(value) for name, value in zip(names, solution, strict=True)}
-    left = design_residual(compiled, without | found)
-    if np.abs(left).max() > TOLERANCE * np.abs(start).max():
-        worst = compiled.system.coordinates[int(np.abs(left).argmax())]
+    solution = _least_squares(np.array(columns).transpose(2, 1, 0), -start.T)
+    found = dict(zip(names, solution.T, strict=True))
+    left = np.abs(design_residual(compiled, without | found, sets))
+    refused = np.flatnonzero(left.max(axis=0) > TOLERANCE * np.abs(start).max(axis=0))
+    if len(refused):
+        worst = int(left[:, refused[0]].argmax())
+        coordinate = compiled.system.coordinates[worst]
         raise EquilibriumError(
             f"mechanism {compiled.system.name!r}: no preload holds the design position; "
-            f"{np.abs(left).max():.3g} is left on coordinate {worst.name!r}; "
+            f"{left[worst, refused[0]]:.3g} is left on coordinate {coordinate.name!r}; "
             "preload an element that acts on it"
         )
     return found
 
 
-def design_residual(compiled: CompiledEquations, values: Mapping[str, float]) -> np.ndarray:
-    """The equations' residual at rest in the design position, length n (N or N m)."""
-    size = 3 * len(compiled.system.coordinates) + 2 * len(compiled.system.inputs)
-    return np.asarray(compiled.residual.bind(values)(np.zeros((size, 1)))[:, 0])
+def _least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Least-squares solutions x of A x = b, of several that of smallest norm, shape (sets, unknowns).
+
+    The triangular factor of the first matrix, if that has full rank, makes the columns of those that resemble
+    it nearly orthonormal: their normal equations then lose no digits. The others take a pseudo-inverse.
+
+    Parameters
+    ----------
+    matrices, right
+        A and b, shapes (sets, equations, unknowns) and (sets, equations).
+    """
+    factor = np.asarray(np.linalg.qr(matrices[0], mode="r"))
+    solutions = np.empty((len(matrices), matrices.shape[2]))
+    resembling = np.zeros(len(matrices), dtype=bool)
+    if factor.shape[0] == factor.shape[1] and np.linalg.cond(factor) < _WELL_CONDITIONED:
+        to_unknowns = np.linalg.inv(factor)
+        columns = matrices @ to_unknowns
+        lengths = np.sqrt((columns**2).sum(axis=1))
+        columns /= lengths[:, None]
+        normal = columns.swapaxes(1, 2) @ columns
+        resembling = np.linalg.norm(normal - np.eye(len(factor)), axis=(1, 2)) < _RESEMBLES
+        products = (right[:, None] @ columns)[resembling].swapaxes(1, 2)
+        parts = np.linalg.solve(normal[resembling], products)[:, :, 0] / lengths[resembling]
+        solutions[resembling] = parts @ to_unknowns.T
+    rest = ~resembling
+    if rest.any():
+        inverses = np.linalg.pinv(matrices[rest], rcond=1e-12)
+        solutions[rest] = (inverses @ right[rest][:, :, None])[:, :, 0]
+    return solutions
+
+
+def design_residual(
+    compiled: CompiledEquations, values: Mapping[str, np.ndarray | float], sets: int
+) -> np.ndarray:
+    """The equations' residual at rest in the design position (N or N m), shape (n, sets)."""
+    return compiled.residual.of_variants(values, np.zeros((compiled.argument_count, sets)))

@@ -18,6 +18,7 @@ from chassym.derivation.reading.glossary import Entry, glossary
 from chassym.derivation.schema import ParameterError
 from chassym.derivation.singularity import Singularity
 from chassym.derivation.system import System
+from chassym.derivation.table_numbers import TableNumbers, table_numbers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -84,7 +85,8 @@ class Model:
         """Preload of every preloaded element (N or N m), by the preload's name."""
         if self.given_preloads is not None:
             return self.given_preloads
-        return solve_preloads(self.compiled, self.parameters.flat())
+        found = solve_preloads(self.compiled, self.parameters.flat(), 1)
+        return {name: float(preload[0]) for name, preload in found.items()}
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -95,10 +97,19 @@ class Model:
         MechanismError
             If the places of a table do not increase.
         """
-        numbers = self.parameters.flat()
-        for law in self.system.knotted.values():
-            law.check_values(numbers)
-        return numbers | dict(self.preloads)
+        _ = self.tables
+        return self.parameters.flat() | dict(self.preloads)
+
+    @cached_property
+    def tables(self) -> Mapping[str, TableNumbers]:
+        """Knots and slopes of every table, by its element's name.
+
+        Raises
+        ------
+        MechanismError
+            If the places of a table do not increase.
+        """
+        return table_numbers(self.compiled, self.parameters.flat(), 1)
 
     @cached_property
     def size(self) -> int:
@@ -108,7 +119,7 @@ class Model:
     @property
     def argument_count(self) -> int:
         """Length of coordinates, rates, accelerations, inputs and input rates together."""
-        return 3 * self.size + 2 * len(self.system.inputs)
+        return self.compiled.argument_count
 
     @property
     def output_names(self) -> list[str]:
@@ -166,4 +177,4 @@ class Model:
     @cached_property
     def design_residual(self) -> np.ndarray:
         """What is left of the static equilibrium at the design position, length n (N or N m)."""
-        return design_residual(self.compiled, self.values)
+        return design_residual(self.compiled, self.values, 1)[:, 0]

@@ -19,6 +19,9 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from chassym.derivation.quantity import Value, parse_quantity, shown, si_value
 from chassym.derivation.schema import ParameterDefinition, ParameterError, Schema, refusal
 
@@ -287,7 +290,18 @@ def _check_length(parameters: Parameters, name: str, other: str, origin: str) ->
 
 
 def _check_inertia(prefix: str, moments: Sequence[float], origin: str) -> None:
-    """No principal moment of a rigid body exceeds the sum of the other two: 2 max <= xx + yy + zz."""
-    if 2 * max(moments) > sum(moments) * (1 + _TRIANGLE_TOLERANCE):
+    if not is_possible_inertia(moments):
         received = "xx = {:g}, yy = {:g}, zz = {:g} kg*m^2".format(*moments)
         raise refusal(origin, prefix, received, "each at most the sum of the other two")
+
+
+def is_possible_inertia(moments: ArrayLike) -> np.ndarray:
+    """Whether no principal moment of a rigid body exceeds the sum of the other two: 2 max <= xx + yy + zz.
+
+    Parameters
+    ----------
+    moments
+        Shape (3,), or (3, bodies) for many.
+    """
+    given = np.asarray(moments)
+    return np.asarray(2 * given.max(axis=0) <= given.sum(axis=0) * (1 + _TRIANGLE_TOLERANCE))

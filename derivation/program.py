@@ -124,13 +124,47 @@ class Program:
         list of list of sympy.Expr
             The Jacobian, shape (m, n).
         """
-        stated = stated or {}
-        tangents: dict[sympy.Symbol, Tangent] = {v: {v: sympy.S.One} for v in variables}
+        rows = self._tangents(results, {v: {v: sympy.S.One} for v in variables}, stated or {})
+        return [[row.get(v, sympy.S.Zero) for v in variables] for row in rows]
+
+    def differentiate_along(
+        self,
+        results: Sequence[sympy.Expr],
+        direction: Mapping[sympy.Symbol, sympy.Expr],
+        stated: Mapping[sympy.Symbol, Tangent] | None = None,
+    ) -> list[sympy.Expr]:
+        """Exact directional derivatives: the Jacobian times a direction, without the Jacobian.
+
+        Parameters
+        ----------
+        results
+            Expressions in this program's names, length m.
+        direction
+            Component along every independent symbol.
+        stated
+            As for `differentiate`.
+
+        Returns
+        -------
+        list of sympy.Expr
+            Length m.
+        """
+        along = sympy.Dummy("along")
+        rows = self._tangents(results, {v: {along: part} for v, part in direction.items()}, stated or {})
+        return [row.get(along, sympy.S.Zero) for row in rows]
+
+    def _tangents(
+        self,
+        results: Sequence[sympy.Expr],
+        independent: Mapping[sympy.Symbol, Tangent],
+        stated: Mapping[sympy.Symbol, Tangent],
+    ) -> list[Tangent]:
+        """Tangents of results, from those of the independent symbols."""
+        tangents = dict(independent)
         for symbol, expression in self.required(results).items():
             partials = stated[symbol] if symbol in stated else self._partials(expression, tangents)
             tangents[symbol] = self._accumulate(partials, tangents)
-        rows = [self._accumulate(self._partials(sympy.sympify(r), tangents), tangents) for r in results]
-        return [[row.get(v, sympy.S.Zero) for v in variables] for row in rows]
+        return [self._accumulate(self._partials(sympy.sympify(r), tangents), tangents) for r in results]
 
     def _partials(self, expression: sympy.Expr, tangents: Mapping[sympy.Symbol, Tangent]) -> Tangent:
         """Partial derivatives of one small expression by the names in it that vary."""

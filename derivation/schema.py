@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import difflib
 import functools
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 
 class ParameterError(ValueError):
@@ -24,26 +25,30 @@ def refusal(origin: str, name: str, received: str, expected: str) -> ParameterEr
 
 @dataclass(frozen=True)
 class Domain:
-    """What is physically possible for a value in SI: a description and the test of the numbers."""
+    """What is physically possible for a value in SI: a description and the test of its numbers.
+
+    The test takes the numbers of one value, shape (numbers,), or those of many, shape (numbers, values), and
+    says for each value whether it is possible.
+    """
 
     description: str
-    admits: Callable[[Sequence[float]], bool]
+    admits: Callable[[np.ndarray], np.ndarray]
 
 
-def _any(values: Sequence[float]) -> bool:
-    return True
+def _any(numbers: np.ndarray) -> np.ndarray:
+    return np.ones(numbers.shape[1:], dtype=bool)
 
 
-def _positive(values: Sequence[float]) -> bool:
-    return all(value > 0 for value in values)
+def _positive(numbers: np.ndarray) -> np.ndarray:
+    return np.all(numbers > 0, axis=0)
 
 
-def _nonnegative(values: Sequence[float]) -> bool:
-    return all(value >= 0 for value in values)
+def _nonnegative(numbers: np.ndarray) -> np.ndarray:
+    return np.all(numbers >= 0, axis=0)
 
 
-def _increasing(values: Sequence[float]) -> bool:
-    return all(first < second for first, second in pairwise(values))
+def _increasing(numbers: np.ndarray) -> np.ndarray:
+    return np.all(np.diff(numbers, axis=0) > 0, axis=0)
 
 
 ANY = Domain("finite", _any)
@@ -94,10 +99,23 @@ class ParameterDefinition:
         restriction = "" if self.domain == ANY else f", {self.domain.description}"
         return f"{what}{restriction}, in {'unit 1 (dimensionless)' if self.unit == '1' else self.unit}"
 
-    def admits(self, values: Sequence[float]) -> bool:
-        """Whether SI numbers are as many as expected, finite and inside the domain."""
-        enough = len(values) >= 2 if self.is_table else len(values) == (self.length or 1)
-        return enough and all(map(math.isfinite, values)) and self.domain.admits(values)
+    def admits(self, numbers: ArrayLike) -> np.ndarray:
+        """Whether SI numbers are as many as expected, finite and inside the domain.
+
+        Parameters
+        ----------
+        numbers
+            Those of one value, shape (numbers,), or of many, shape (numbers, values).
+
+        Returns
+        -------
+        numpy.ndarray
+            The truth, shape () or (values,).
+        """
+        given = np.asarray(numbers, dtype=float)
+        if not (len(given) >= 2 if self.is_table else len(given) == (self.length or 1)):
+            return np.zeros(given.shape[1:], dtype=bool)
+        return np.isfinite(given).all(axis=0) & self.domain.admits(given)
 
 
 @dataclass(frozen=True)

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
-import numpy as np
 import sympy
 
 from chassym.derivation.characteristic import Characteristic, Potential, Unilateral
 from chassym.derivation.errors import MechanismError
 from chassym.derivation.program import Program
 from chassym.derivation.validation import scalar
-
-SlopeRule = Callable[[float, float], float]
-"""Combines the slopes on the left and on the right of a knot."""
 
 OuterSlopes = tuple[sympy.Expr | float, sympy.Expr | float]
 
@@ -87,6 +83,11 @@ class Table:
         ]
         return program.let(sympy.Add(program.let(self.line(slopes)), program.let(slopes[0] * x), *bends))
 
+    def numbers(self, program: Program) -> tuple[sympy.Expr, ...]:
+        """Knots, then slopes, then the distances between places, as names of a program."""
+        spacings = [after - before for before, after in pairwise(self.places)]
+        return tuple(map(program.absorb, (*self.knots, *self.slopes, *spacings)))
+
     def integral(self, x: sympy.Expr) -> sympy.Expr:
         """Integral of the force from zero, up to a constant."""
         slopes = self.slopes
@@ -127,24 +128,6 @@ class Knotted(Potential):
     def value(self, program: Program, deflection: sympy.Expr, rate: sympy.Expr) -> sympy.Symbol:
         """What the table states (N or N m), by its name on the program."""
         return program.assign(self.table.force(program, self.argument(deflection, rate)))
-
-    def check_values(self, values: Mapping[str, float]) -> None:
-        """Refuse values of parameters with which the places do not increase.
-
-        Raises
-        ------
-        MechanismError
-            If they do not.
-        """
-        places = [_number(place, values) for place in self.table.places]
-        if any(after <= before for before, after in pairwise(places)):
-            raise MechanismError(f"table: places {places}; expected increasing ones")
-
-    def slope(self, x: float, values: Mapping[str, float], rule: SlopeRule) -> float:
-        """Slope at a place for parameter values by name: the rule combines those on both sides."""
-        knots, slopes = ([_number(e, values) for e in each] for each in (self.table.knots, self.table.slopes))
-        left, right = (np.searchsorted(knots, x, side=side) for side in ("left", "right"))
-        return rule(slopes[left], slopes[right])
 
 
 @dataclass(frozen=True)
@@ -222,15 +205,3 @@ def knotted_part(law: Characteristic) -> Knotted | None:
     while isinstance(law, Unilateral):
         law = law.law
     return law if isinstance(law, Knotted) else None
-
-
-def _number(expression: sympy.Expr | float, values: Mapping[str, float]) -> float:
-    """An expression of parameters for given values."""
-    expression = sympy.sympify(expression)
-    numbers = {symbol: sympy.Float(values[symbol.name]) for symbol in expression.free_symbols}
-    return float(expression.xreplace(numbers))
-
-
-def mean_slope(left: float, right: float) -> float:
-    """The mean of the slopes on both sides: the default rule at a knot."""
-    return 0.5 * (left + right)

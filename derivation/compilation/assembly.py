@@ -27,7 +27,8 @@ def assembly(kernels: Sequence[Kernel]) -> str:
     """LLVM assembly of several kernels, as one module.
 
     Every function takes the addresses of its inputs, constants and results, the number of samples (a multiple
-    of `LANES`) and the distance between rows of the inputs and results, both in numbers of float64.
+    of `LANES`), the distance between rows of the inputs and results in numbers of float64, and how many
+    constants to go on by from pass to pass: zero if all samples have the same ones.
 
     Raises
     ------
@@ -39,7 +40,7 @@ def assembly(kernels: Sequence[Kernel]) -> str:
     return "\n".join([*_DECLARATIONS, *library, functions])
 
 
-_PARAMETERS = "ptr noalias %x, ptr noalias %c, ptr noalias %y, i64 %count, i64 %stride"
+_PARAMETERS = "ptr noalias %x, ptr noalias %constants, ptr noalias %y, i64 %count, i64 %stride, i64 %step"
 _PART_PARAMETERS = "ptr noalias %x, ptr noalias %c, ptr noalias %y, ptr noalias %s, i64 %i, i64 %stride"
 _PART_ARGUMENTS = "ptr %x, ptr %c, ptr %y, ptr %s, i64 %i, i64 %stride"
 _INTRINSICS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "sqrt": 1, "fabs": 1, "pow": 2}
@@ -76,6 +77,8 @@ def _function(kernel: Kernel) -> str:
             "  br label %loop",
             "loop:",
             "  %i = phi i64 [ 0, %entry ], [ %next, %loop ]",
+            "  %passed = mul i64 %i, %step",
+            "  %c = getelementptr double, ptr %constants, i64 %passed",
             *(f"  call void @{name}({_PART_ARGUMENTS})" for name in names),
             f"  %next = add i64 %i, {LANES}",
             "  %more = icmp slt i64 %next, %count",

@@ -25,6 +25,8 @@ class Source:
 
     Attributes
     ----------
+    arguments
+        Names of its arguments, in order.
     parameters
         Names of the parameters that its constants are computed from, in order.
     constants
@@ -35,6 +37,7 @@ class Source:
         Assembly text, compressed: it is read only where there is no object code yet.
     """
 
+    arguments: tuple[str, ...]
     parameters: tuple[str, ...]
     constants: int
     rows: tuple[int, ...]
@@ -117,6 +120,7 @@ _NOT_WHOLE = (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeE
 
 def _source(fields: dict[str, Any]) -> Source:
     return Source(
+        tuple(fields["arguments"]),
         tuple(fields["parameters"]),
         fields["constants"],
         tuple(fields["rows"]),

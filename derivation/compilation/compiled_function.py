@@ -13,9 +13,9 @@ from chassym.derivation.compilation import cache, machine_code
 from chassym.derivation.compilation.instructions import LANES
 
 Array = np.ndarray
-_Address = Callable[[int, int, int, int, int], None]
+_Address = Callable[[int, int, int, int, int, int], None]
 _SIGNATURE = ctypes.CFUNCTYPE(
-    None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64
+    None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64
 )
 
 
@@ -27,14 +27,16 @@ class CompiledFunction:
 
     Attributes
     ----------
-    arguments
-        Number of arguments.
     entry
         Its source and machine code.
     """
 
-    arguments: int
     entry: cache.Entry = field(repr=False)
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of its arguments: the coordinates, rates, accelerations, inputs and input rates, mostly."""
+        return self.entry.source.arguments
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -51,8 +53,8 @@ class CompiledFunction:
         """Column of every result in the matrix it stands for; a vector has the columns zero."""
         return np.array(self.entry.source.columns, dtype=int)
 
-    def __reduce__(self) -> tuple[type[CompiledFunction], tuple[int, cache.Entry]]:
-        return CompiledFunction, (self.arguments, self.entry)
+    def __reduce__(self) -> tuple[type[CompiledFunction], tuple[cache.Entry]]:
+        return CompiledFunction, (self.entry,)
 
     @cached_property
     def _linked(self) -> machine_code.Linked:
@@ -83,10 +85,77 @@ class CompiledFunction:
             If a parameter has no value.
         """
         given = np.array([values[name] for name in self.parameters], dtype=float)
-        repeated = np.ascontiguousarray(np.broadcast_to(given[:, None], (len(given), LANES)))
-        constants = np.empty((max(self.entry.source.constants, 1), LANES))
-        self._prologue(repeated.ctypes.data, 0, constants.ctypes.data, LANES, LANES)
-        return BoundFunction(self, np.ascontiguousarray(constants[:, 0]))
+        return BoundFunction(self, self._constants(given[:, None]))
+
+    def of_variants(self, values: Mapping[str, Array | float], arguments: Array) -> Array:
+        """Evaluate each sample for parameter values of its own.
+
+        Parameters
+        ----------
+        values
+            By name, for every parameter: a number, or an array of shape (samples,).
+        arguments
+            As for `BoundFunction`, shape (arguments, samples).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (results, samples).
+
+        Raises
+        ------
+        KeyError
+            If a parameter has no value.
+        ValueError
+            If the arguments or a parameter have another shape.
+        """
+        count = arguments.shape[1]
+        given = np.empty((len(self.parameters), count))
+        for row, name in zip(given, self.parameters, strict=True):
+            row[:] = values[name]
+        constants = self._constants(given)
+        return self.evaluate(arguments, constants, constants.shape[1])
+
+    def _constants(self, given: Array) -> Array:
+        """Constants of parameter sets, shape (parameters, sets), as passes take them: (passes, rows, lanes).
+
+        One set fills all lanes of a pass.
+        """
+        if given.shape[1] == 0:
+            return np.empty((0, self.entry.source.constants, LANES))
+        padded = _padded(given)
+        constants = np.empty((self.entry.source.constants, padded.shape[1]))
+        self._prologue(padded.ctypes.data, 0, constants.ctypes.data, padded.shape[1], padded.shape[1], 0)
+        passes = constants.reshape(len(constants), padded.shape[1] // LANES, LANES)
+        return np.ascontiguousarray(passes.swapaxes(0, 1))
+
+    def evaluate(self, arguments: Array, constants: Array, step: int) -> Array:
+        """Results for samples, shape (results, samples), whose passes go on by so many constants."""
+        if arguments.ndim != 2 or len(arguments) != len(self.arguments):
+            raise ValueError(
+                f"arguments: shape {arguments.shape} received; ({len(self.arguments)}, samples) is needed"
+            )
+        count = arguments.shape[1]
+        if count == 0:
+            return np.empty((len(self.rows), 0))
+        padded = _padded(arguments)
+        results = np.empty((len(self.rows), padded.shape[1]))
+        filled = -(-count // LANES) * LANES
+        addresses = padded.ctypes.data, constants.ctypes.data, results.ctypes.data
+        self._kernel(*addresses, filled, padded.shape[1], step)
+        return results[:, :count]
+
+
+def _padded(samples: Array) -> Array:
+    """Columns for whole passes, the last one repeated.
+
+    An odd number of lane groups per row keeps rows from falling on the same cache lines.
+    """
+    groups = -(-samples.shape[1] // LANES)
+    padded = np.empty((len(samples), LANES * (groups | 1)))
+    padded[:, : samples.shape[1]] = samples
+    padded[:, samples.shape[1] :] = samples[:, -1:]
+    return padded
 
 
 class BoundFunction:
@@ -124,35 +193,18 @@ class BoundFunction:
         ValueError
             If the arguments have another shape.
         """
-        if arguments.ndim != 2 or len(arguments) != self.function.arguments:
-            raise ValueError(
-                f"arguments: shape {arguments.shape} received; ({self.function.arguments}, samples) is needed"
-            )
-        count = arguments.shape[1]
-        if count == 0:
-            return np.empty((len(self.rows), 0))
-        filled = -(-count // LANES) * LANES
-        # An odd number of lane groups per row keeps rows from falling on the same cache lines.
-        stride = filled + LANES * (1 - filled // LANES % 2)
-        padded = np.empty((len(arguments), stride))
-        padded[:, :count] = arguments
-        padded[:, count:] = arguments[:, -1:]
-        results = np.empty((len(self.rows), stride))
-        self.function._kernel(
-            padded.ctypes.data, self._constants.ctypes.data, results.ctypes.data, filled, stride
-        )
-        return results[:, :count]
+        return self.function.evaluate(arguments, self._constants, 0)
 
     def single(self) -> Callable[[Array], Array]:
         """A function of one sample, shape (arguments,), that reuses its buffers: for inner loops."""
-        arguments = np.zeros((self.function.arguments, LANES))
+        arguments = np.zeros((len(self.function.arguments), LANES))
         results = np.zeros((len(self.rows), LANES))
         addresses = arguments.ctypes.data, self._constants.ctypes.data, results.ctypes.data
         kernel, keep = self.function._kernel, (self._constants, self.function)
 
         def evaluate(sample: Array) -> Array:
             arguments[:] = sample[:, None]
-            kernel(*addresses, LANES, LANES)
+            kernel(*addresses, LANES, LANES, 0)
             return results[:, 0].copy()
 
         evaluate.owners = keep  # type: ignore[attr-defined]

@@ -55,9 +55,9 @@ def lane_by_lane(name: str, count: int) -> str:
 class Instructions:
     """Instructions in the making; every method writes one operation and gives the name of its result.
 
-    Addresses are those of a kernel: %x inputs, %c constants, %y results, in rows that are %stride apart, and
-    %i the first sample of the pass; %s is scratch memory, in which parts of a kernel leave values for later
-    ones.
+    Addresses are those of a kernel: %x inputs and %y results, in rows that are %stride apart, and %i the
+    first sample of the pass; %c the constants of the pass, lane beside lane; %s is scratch memory, in which
+    parts of a kernel leave values for later ones.
 
     Examples
     --------
@@ -87,12 +87,9 @@ class Instructions:
         return self.new(f"load {VECTOR}, ptr {address}, align 8")
 
     def load_constant(self, row: int) -> str:
-        """A constant, in every lane."""
-        address = self.new(f"getelementptr double, ptr %c, i64 {row}")
-        scalar = self.new(f"load double, ptr {address}, align 8")
-        first = self.new(f"insertelement {VECTOR} poison, double {scalar}, i64 0")
-        mask = f"<{LANES} x i32> zeroinitializer"
-        return self.new(f"shufflevector {VECTOR} {first}, {VECTOR} poison, {mask}")
+        """A constant, of every lane's own parameter set."""
+        address = self.new(f"getelementptr {VECTOR}, ptr %c, i64 {row}")
+        return self.new(f"load {VECTOR}, ptr {address}, align 8")
 
     def store(self, row: int, value: str) -> None:
         """Put a value into a row of the results."""

@@ -79,6 +79,11 @@ class CompiledEquations:
                 self._equations = derive(self.system)
             return self._equations
 
+    @property
+    def argument_count(self) -> int:
+        """Number of coordinates, rates, accelerations, inputs and input rates together."""
+        return 3 * len(self.system.coordinates) + 2 * len(self.system.inputs)
+
     @cached_property
     def residual(self) -> CompiledFunction:
         """M q'' + h - Q, length n."""
@@ -114,6 +119,44 @@ class CompiledEquations:
         """Derivatives of residual and outputs by all arguments, with stated slopes at the knots of tables."""
         return self._function("linearisation", lambda e: _matrix(e.linearisation))
 
+    @cached_property
+    def tables(self) -> CompiledFunction:
+        """Knots, slopes and spacings of every table, one table after the other."""
+        return self._function("tables", lambda e: _vector(e.table_numbers))
+
+    @cached_property
+    def table_variables(self) -> CompiledFunction:
+        """The deflection or rate that every table is over."""
+        return self._function("table_variables", lambda e: _vector(list(e.table_variables.values())))
+
+    @cached_property
+    def linearisation_change(self) -> CompiledFunction:
+        """`EquationsOfMotion.linearisation_change`, of the arguments, a motion and a change.
+
+        The arguments are followed by the amplitude of each, and then by the changes of what `change_names`
+        says.
+        """
+        return self._function(
+            "linearisation_change",
+            lambda e: _vector(e.linearisation_change),
+            lambda e: (*e.arguments, *e.motion.values(), *e.change.values()),
+        )
+
+    @cached_property
+    def statics_change(self) -> CompiledFunction:
+        """`EquationsOfMotion.statics_change`, of the arguments and a change."""
+        return self._function(
+            "statics_change",
+            lambda e: _vector(e.statics_change),
+            lambda e: (*e.arguments, *e.change.values()),
+        )
+
+    @property
+    def change_names(self) -> tuple[str, ...]:
+        """Arguments, parameters, preloads and slopes, in the order in which their changes are taken."""
+        changes = self.statics_change.arguments[self.argument_count :]
+        return tuple(name.removeprefix("_").removesuffix(".change") for name in changes)
+
     def jacobian(self, names: Sequence[str]) -> CompiledFunction:
         """Derivatives of residual and outputs by some arguments or parameters, shape (n + outputs, names).
 
@@ -141,9 +184,16 @@ class CompiledEquations:
                 self._jacobians[chosen] = self._function(title, lambda e: _matrix(_derivatives(e, chosen)))
             return self._jacobians[chosen]
 
-    def _function(self, name: str, choose: Callable[[EquationsOfMotion], _Results]) -> CompiledFunction:
+    def _function(
+        self,
+        name: str,
+        choose: Callable[[EquationsOfMotion], _Results],
+        vary: Callable[[EquationsOfMotion], Sequence[sympy.Symbol]] = lambda e: e.arguments,
+    ) -> CompiledFunction:
+        """A function of results that are chosen among the equations' expressions, and of what varies."""
+
         def build() -> cache.Source:
-            return _generate(self.equations, choose(self.equations))
+            return _generate(self.equations.program, choose(self.equations), vary(self.equations))
 
         def compiled() -> bytes:
             return machine_code.compile_assembly(source.assembly)
@@ -156,8 +206,7 @@ class CompiledEquations:
             else:
                 source = cache.fetch_source(cache.key([name, self._identity]), build)
                 code = cache.fetch_object_code(source, processor, compiled)
-        arguments = 3 * len(self.system.coordinates) + 2 * len(self.system.inputs)
-        return CompiledFunction(arguments, cache.Entry(source, processor, code))
+        return CompiledFunction(cache.Entry(source, processor, code))
 
     @cached_property
     def _identity(self) -> str | None:
@@ -187,10 +236,9 @@ def _derivatives(equations: EquationsOfMotion, names: Sequence[str]) -> list[lis
     return equations.jacobian([symbols[name] for name in names])
 
 
-def _generate(equations: EquationsOfMotion, results: _Results) -> cache.Source:
+def _generate(program: Program, results: _Results, varying_symbols: Sequence[sympy.Symbol]) -> cache.Source:
     """Assembly of expressions: what depends on parameters alone is evaluated once for each parameter set."""
-    program = equations.program
-    arguments = {symbol: row for row, symbol in enumerate(equations.arguments)}
+    arguments = {symbol: row for row, symbol in enumerate(varying_symbols)}
     fixed, varying = _separate(program, results.entries, arguments)
     used = _free_symbols([*varying.values(), *results.entries]) - set(arguments) - set(varying)
     constants = {symbol: row for row, symbol in enumerate(sorted(used, key=lambda s: s.name))}
@@ -203,7 +251,8 @@ def _generate(equations: EquationsOfMotion, results: _Results) -> cache.Source:
     kernel = Kernel("kernel", arguments, constants, varying, results.entries)
     packed = cache.pack(assembly([prologue, kernel]))
     parameters = tuple(symbol.name for symbol in names)
-    return cache.Source(parameters, len(constants), results.rows, results.columns, packed)
+    taken = tuple(symbol.name for symbol in arguments)
+    return cache.Source(taken, parameters, len(constants), results.rows, results.columns, packed)
 
 
 def _separate(

@@ -32,7 +32,7 @@ from chassym.derivation.characteristic import Characteristic
 from chassym.derivation.compilation import cache, machine_code, numeric
 from chassym.derivation.program import Program
 
-SOURCE = cache.Source(("m", "k"), 2, (0, 1), (0, 0), cache.pack("define void @kernel()"))
+SOURCE = cache.Source(("x",), ("m", "k"), 2, (0, 1), (0, 0), cache.pack("define void @kernel()"))
 
 
 @pytest.fixture

@@ -104,12 +104,11 @@ def test_energy_dissipation_and_remainder_make_the_force(
 
 @pytest.mark.parametrize("table_class", [DamperTable, SpringTable])
 def test_outer_slopes_make_the_ends_knots(table_class: Callable) -> None:
-    one_sided = {"left": lambda left, right: left, "right": lambda left, right: right}
-    for outer, expected in ((None, [(14 / 3, 14 / 3), (4, 4)]), ((50, 80), [(50, 14 / 3), (4, 80)])):
-        law = table_class(PLACES, FORCES, outer_slopes=outer)
-        for place, (left, right) in zip((PLACES[0], PLACES[-1]), expected, strict=True):
-            found = [law.slope(place, {}, rule) for rule in one_sided.values()]
-            assert found == pytest.approx([left, right])
+    inner = [14 / 3, 2 / 3, 4]
+    continued = table_class(PLACES, FORCES).table
+    assert list(continued.knots) == [-0.25, 0.5] and continued.slopes == pytest.approx(inner)
+    stopped = table_class(PLACES, FORCES, outer_slopes=(50, 80)).table
+    assert list(stopped.knots) == list(PLACES) and stopped.slopes == pytest.approx([50, *inner, 80])
 
 
 def test_kinks_of_every_law_are_found() -> None:

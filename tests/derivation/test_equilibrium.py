@@ -18,7 +18,7 @@ from chassym.derivation import (
     revolute,
     vehicle_names,
 )
-from chassym.derivation.equilibrium import design_residual, solve_preloads
+from chassym.derivation.equilibrium import _least_squares, design_residual, solve_preloads
 from chassym.derivation.vehicles.full_car import kinematics_and_compliance_rig
 
 from .variants import scaled_at_random
@@ -116,8 +116,8 @@ def test_suspension_on_a_body_held_to_the_ground(sedan: Model) -> None:
     """The ground carries the body: every wheel's weight is balanced at its own spring and patch."""
     compiled = CompiledEquations(kinematics_and_compliance_rig(sedan.parameters))
     values = sedan.parameters.flat()
-    preloads = solve_preloads(compiled, values)
-    left = design_residual(compiled, values | preloads)
+    preloads = solve_preloads(compiled, values, 1)
+    left = design_residual(compiled, values | preloads, 1)
     assert np.abs(left).max() <= TOLERANCE * values["gravity"] * values["suspension.front.unsprung.mass"]
     for corner in ("front_left", "rear_right"):
         own_weight = values["gravity"] * values[f"suspension.{corner.split('_')[0]}.unsprung.mass"]
@@ -138,7 +138,7 @@ def oscillator(*, preloaded: bool, sideways: bool = False) -> Mechanism:
 
 
 def test_a_preload_is_the_force_at_zero_deflection() -> None:
-    assert solve_preloads(CompiledEquations(oscillator(preloaded=True)), {"g": 9.81}) == {
+    assert solve_preloads(CompiledEquations(oscillator(preloaded=True)), {"g": 9.81}, 1) == {
         "spring.preload": pytest.approx(-2.0 * 9.81)
     }
 
@@ -146,13 +146,13 @@ def test_a_preload_is_the_force_at_zero_deflection() -> None:
 def test_a_load_that_no_preload_carries_is_refused_by_its_coordinate() -> None:
     compiled = CompiledEquations(oscillator(preloaded=True, sideways=True))
     with pytest.raises(EquilibriumError, match="'oscillator'.*'swing'") as caught:
-        solve_preloads(compiled, {"g": 9.81})
+        solve_preloads(compiled, {"g": 9.81}, 1)
     assert "\n" not in str(caught.value)
 
 
 def test_without_gravity_there_is_nothing_to_carry() -> None:
     compiled = CompiledEquations(oscillator(preloaded=True, sideways=True))
-    assert solve_preloads(compiled, {"g": 0.0}) == {"spring.preload": 0.0}
+    assert solve_preloads(compiled, {"g": 0.0}, 1) == {"spring.preload": 0.0}
 
 
 def test_loads_are_shared_evenly() -> None:
@@ -160,8 +160,27 @@ def test_loads_are_shared_evenly() -> None:
     mechanism = oscillator(preloaded=True)
     foot = TravelPort(mechanism.point("second", mechanism.bodies[0], (0, 0, 0)), mechanism.ground, "z")
     mechanism.add_force_element("second_spring", foot, Linear(sympy.Integer(900)), preloaded=True)
-    preloads = solve_preloads(CompiledEquations(mechanism), {"g": 9.81})
+    preloads = solve_preloads(CompiledEquations(mechanism), {"g": 9.81}, 1)
     assert list(preloads.values()) == pytest.approx([-9.81, -9.81])
+
+
+def test_least_squares_of_many_sets() -> None:
+    """Whether they resemble the first one or not, have full rank or not."""
+    generator = np.random.default_rng(0)
+    matrices = generator.normal(size=(1, 6, 4)) + 0.1 * generator.normal(size=(8, 6, 4))
+    matrices[3] = generator.normal(size=(6, 4))
+    matrices[4, :, 1] = 2 * matrices[4, :, 0]
+    matrices[5, :, 1] = (1 + 1e-7) * matrices[5, :, 0]
+    right = (matrices @ generator.normal(size=(8, 4, 1)))[:, :, 0]
+    for order in (np.arange(8), np.arange(8)[::-1], np.roll(np.arange(8), 4)):
+        found = _least_squares(matrices[order], right[order])
+        for row, index in zip(found, order, strict=True):
+            expected = np.linalg.lstsq(matrices[index], right[index], rcond=1e-12)[0]
+            assert row == pytest.approx(expected, rel=1e-6 if index == 5 else 1e-11)
+    wide = generator.normal(size=(3, 2, 4))
+    found = _least_squares(wide, right[:3, :2])
+    for row, matrix, load in zip(found, wide, right[:3, :2], strict=True):
+        assert row == pytest.approx(np.linalg.lstsq(matrix, load)[0], rel=1e-11)
 
 
 def test_forces_beyond_all_numbers_are_refused(sedan: Model) -> None:

@@ -83,15 +83,15 @@ def run(
     """Compile expressions of x, y, c, d and evaluate them for samples of x, y; shape (results, samples)."""
     kernel = Kernel("kernel", {X: 0, Y: 1}, {C: 0, D: 1}, definitions or {}, results)
     linked = link(compile_assembly(assembly([kernel])), ["kernel"], f"test_{id(kernel)}")
-    function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3, *[ctypes.c_int64] * 2)(
+    function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3, *[ctypes.c_int64] * 3)(
         linked.addresses["kernel"]
     )
     count = arguments.shape[1]
     filled = -(-count // LANES) * LANES
     padded, found = np.ones((2, filled)), np.full((len(results), filled), np.nan)
     padded[:, :count] = arguments
-    given = np.array(constants)
-    function(padded.ctypes.data, given.ctypes.data, found.ctypes.data, filled, filled)
+    given = np.repeat(constants, LANES)
+    function(padded.ctypes.data, given.ctypes.data, found.ctypes.data, filled, filled, 0)
     return found[:, :count]
 
 
@@ -657,8 +657,8 @@ def test_the_derivative_of_a_magnitude_has_machine_code() -> None:
     code = compile_assembly(assembly([kernel]))
     linked = link(code, names, "quadratic damper")
     rates, slopes = np.array([-2.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0, 5.0]), np.empty(8)
-    signature = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3, ctypes.c_int64, ctypes.c_int64)
-    signature(linked.addresses["quadratic"])(rates.ctypes.data, 0, slopes.ctypes.data, 8, 8)
+    signature = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3, *[ctypes.c_int64] * 3)
+    signature(linked.addresses["quadratic"])(rates.ctypes.data, 0, slopes.ctypes.data, 8, 8, 0)
     assert slopes == pytest.approx(2 * np.abs(rates))
 
 

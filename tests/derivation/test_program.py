@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy
 
-from chassym.derivation import DamperTable, Model, Program, mean_slope
+from chassym.derivation import DamperTable, Model, Program
 
 X, Y, Z = VARIABLES = sympy.symbols("x y z", real=True)
 
@@ -150,19 +150,15 @@ def test_a_stated_slope_stands_for_the_derivative() -> None:
     assert program.expand([force])[0] == written[2]
 
 
-@pytest.mark.parametrize(
-    ("rate", "left", "right"),
-    [(-9.0, 3, 3), (-1.0, 3, 3), (-0.5, 3, 2), (-0.2, 2, 2), (0.25, 2, 8), (1.0, 8, 8), (9.0, 8, 8)],
-)
-def test_a_table_states_the_slopes_of_both_sides(rate: float, left: float, right: float) -> None:
-    """At a knot they differ and the rule decides; the ends of the table are no knots."""
+def test_a_table_states_its_knots_and_slopes() -> None:
+    """The ends of the table are no knots."""
     velocities, forces = sympy.symbols("v:4", real=True), sympy.symbols("f:4", real=True)
-    numbers = {"v0": -1, "v1": -0.5, "v2": 0.25, "v3": 1, "f0": -3, "f1": 0, "f2": 3, "f3": 15}
-    table = DamperTable(velocities, forces, sympy.Rational(1, 2) * X)
-    values = numbers | {"x": 1.0}
-    assert table.slope(rate, values, lambda one, other: 10 * one + other) == pytest.approx(10 * left + right)
-    assert table.slope(rate, values, mean_slope) == pytest.approx((left + right) / 2)
-    assert [values[knot.name] for knot in table.knots] == [-0.5, 0.25]
+    numbers = dict(zip((*velocities, *forces, X), (-1, -0.5, 0.25, 1, -3, 0, 3, 15, 1), strict=True))
+    program = Program()
+    stated = DamperTable(velocities, forces, sympy.Rational(1, 2) * X).table.numbers(program)
+    found = [float(each.xreplace(numbers)) for each in program.expand(stated)]
+    knots, slopes, spacings = found[:2], found[2:5], found[5:]
+    assert knots == [-0.5, 0.25] and slopes == [3, 2, 8] and spacings == [0.5, 0.75, 0.75]
 
 
 # The reference car, with 30 digits
@@ -213,10 +209,12 @@ def damper_slopes(model: Model, arguments: np.ndarray) -> dict[str, float]:
     values = dict(zip(equations.arguments, arguments, strict=True))
     values |= {sympy.Symbol(name, real=True): value for name, value in model.values.items()}
     rates = equations.program.expand([equations.elements[name].rate for name in mechanism.slopes])
-    return {
-        slope.name: mechanism.knotted[name].slope(float(rate.xreplace(values)), model.values, mean_slope)
-        for (name, slope), rate in zip(mechanism.slopes.items(), rates, strict=True)
-    }
+    slopes = {}
+    for (name, slope), rate in zip(mechanism.slopes.items(), rates, strict=True):
+        table = model.tables[name]
+        piece = np.searchsorted(table.knots[:, 0], float(rate.xreplace(values)))
+        slopes[slope.name] = float(table.slopes[piece, 0])
+    return slopes
 
 
 def row_scaled_difference(found: np.ndarray, expected: np.ndarray) -> float:
