@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from chassym.linear import (
         LinearModel,
         damped_modes,
+        find_equilibrium,
         frequency_response,
         heave_response,
         linearise,
@@ -46,6 +47,7 @@ __all__ = [
     "build_model",
     "damped_modes",
     "derive",
+    "find_equilibrium",
     "frequency_response",
     "from_bodies",
     "from_lagrangian",

@@ -9,17 +9,20 @@ from pathlib import Path
 import numpy as np
 
 from chassym.derivation.files import replace_file
-from chassym.linear.state_space import LinearModel, StateMatrices
+from chassym.linear.input_conventions import InputConvention, displacements_and_rates
+from chassym.linear.linear_model import LinearModel
 
 Array = np.ndarray
 
 
-def write_mat(path: str | Path, linear: LinearModel) -> None:
+def write_mat(
+    path: str | Path, linear: LinearModel, inputs: InputConvention = displacements_and_rates
+) -> None:
     """Write one struct ``plant`` to a MAT-file (level 5): all of it or, where that fails, nothing.
 
     Its fields are the matrices A, B, C, D; the cell columns state_names, input_names, output_names and
     state_units, input_units, output_units; Ts = 0 for continuous time; the name of the model; and a
-    description that states the slope of every table. In MATLAB or Octave::
+    description that states the slope of every table and what the inputs are. In MATLAB or Octave::
 
         load plant.mat
         ss(plant.A, plant.B, plant.C, plant.D, 'StateName', plant.state_names, ...
@@ -31,6 +34,8 @@ def write_mat(path: str | Path, linear: LinearModel) -> None:
         File to write or replace; its folder must exist and its name end in ``.mat``, as MATLAB expects.
     linear
         The linear model.
+    inputs
+        What the inputs are; see `chassym.linear.input_conventions`.
 
     Raises
     ------
@@ -39,7 +44,7 @@ def write_mat(path: str | Path, linear: LinearModel) -> None:
     ValueError
         If the name does not end in ``.mat``.
     LinearisationError
-        If the mass matrix is singular.
+        If the mass matrix is singular, or the convention impossible.
     """
     target = Path(path)
     if target.suffix != ".mat":
@@ -48,10 +53,11 @@ def write_mat(path: str | Path, linear: LinearModel) -> None:
         raise FileNotFoundError(
             f"path {str(path)!r}: folder {str(target.parent)!r} does not exist; create it first"
         )
-    replace_file(target, _encoded(_fields(linear, linear.state_matrices())))
+    replace_file(target, _encoded(_fields(linear, inputs)))
 
 
-def _fields(linear: LinearModel, matrices: StateMatrices) -> dict[str, object]:
+def _fields(linear: LinearModel, inputs: InputConvention) -> dict[str, object]:
+    matrices = inputs(linear)
     return {
         "A": matrices.A,
         "B": matrices.B,
@@ -65,8 +71,13 @@ def _fields(linear: LinearModel, matrices: StateMatrices) -> dict[str, object]:
         "output_units": _cells(matrices.output_units),
         "Ts": 0.0,
         "name": linear.name,
-        "description": linear.description,
+        "description": f"{linear.description}; inputs are {_words(inputs)}",
     }
+
+
+def _words(inputs: InputConvention) -> str:
+    """What a convention, be it a function or an object, is called."""
+    return str(getattr(inputs, "__name__", type(inputs).__name__)).replace("_", " ")
 
 
 def _cells(texts: Sequence[str]) -> Array:

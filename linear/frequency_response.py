@@ -5,20 +5,21 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chassym.linear.state_space import LinearisationError, LinearModel
+from chassym.linear.linear_model import LinearisationError, LinearModel
+from chassym.linear.refinement import refined_solve
 
 Array = np.ndarray
 
 VERTICAL_INPUT = re.compile(r"(.+_)?(pad_z|road)")
 """Names of the inputs that move the road or a pad up and down."""
 
-DISPLACEMENT_OUTPUT = re.compile(r"(.+_)?displacement")
-"""Names of the outputs that tell how far a point has moved from its design position."""
+_DETERMINED = 1e-3
+"""Largest relative correction by refinement: three digits of a response have to be determined."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +55,7 @@ class FrequencyResponse:
         LinearisationError
             If there is no such output or input.
         """
-        return self.response[_index("output", output, self.outputs), _index("input", input, self.inputs)]
+        return self.response[index_of("output", output, self.outputs), index_of("input", input, self.inputs)]
 
     def combined(self, output: str, amplitudes: Mapping[str, complex]) -> Array:
         """The response of one output to several inputs at once, complex, shape (frequencies,).
@@ -72,8 +73,8 @@ class FrequencyResponse:
         LinearisationError
             If there is no such output or input.
         """
-        columns = [_index("input", name, self.inputs) for name in amplitudes]
-        row = self.response[_index("output", output, self.outputs), columns]
+        columns = [index_of("input", name, self.inputs) for name in amplitudes]
+        row = self.response[index_of("output", output, self.outputs), columns]
         return np.array(list(amplitudes.values()), dtype=complex) @ row
 
 
@@ -81,6 +82,7 @@ def frequency_response(linear: LinearModel, frequencies_hz: ArrayLike) -> Freque
     """Response of every output to every prescribed displacement.
 
     Solves (-w^2 M + j w C + K) q = (B_u + j w B_u') u for all frequencies together; no matrix is inverted.
+    One step of iterative refinement keeps the digits of responses that are small beside others.
 
     Parameters
     ----------
@@ -102,10 +104,9 @@ def frequency_response(linear: LinearModel, frequencies_hz: ArrayLike) -> Freque
     >>> float(abs(response.select("body_displacement", "road")[0]))
     1.0...
     """
-    frequencies = _checked(frequencies_hz)
+    frequencies = checked_frequencies(frequencies_hz)
     s = 2j * np.pi * frequencies[:, None, None]
-    stiffness = s**2 * linear.mass + s * linear.damping + linear.stiffness
-    motion = _solve(linear, frequencies, stiffness, linear.input_stiffness + s * linear.input_damping)
+    motion = _motion(linear, frequencies)
     outputs = (
         linear.output_by_coordinates + s * linear.output_by_rates + s**2 * linear.output_by_accelerations
     )
@@ -122,9 +123,7 @@ def frequency_response(linear: LinearModel, frequencies_hz: ArrayLike) -> Freque
 
 
 def heave_response(linear: LinearModel, frequencies_hz: ArrayLike) -> FrequencyResponse:
-    """Displacement of body and wheels per unit displacement of all pads, or the road, up and down in phase.
-
-    The result has one input, ``heave``, and as outputs the displacements that the mechanism measures.
+    """Response of every output to all pads, or the road, up and down in phase: its one input is ``heave``.
 
     Raises
     ------
@@ -138,20 +137,18 @@ def heave_response(linear: LinearModel, frequencies_hz: ArrayLike) -> FrequencyR
             "one named 'road', '..._road' or '..._pad_z' is needed"
         )
     full = frequency_response(linear, frequencies_hz)
-    measured = [i for i, name in enumerate(full.outputs) if DISPLACEMENT_OUTPUT.fullmatch(name)]
-    rows = [full.combined(full.outputs[i], dict.fromkeys(pads, 1.0)) for i in measured]
-    return FrequencyResponse(
-        frequencies_hz=full.frequencies_hz,
-        response=np.array(rows).reshape(len(measured), 1, -1),
-        outputs=tuple(full.outputs[i] for i in measured),
-        inputs=("heave",),
-        output_units=tuple(full.output_units[i] for i in measured),
-        input_units=("m",),
-        description=full.description,
-    )
+    rows = [full.combined(name, dict.fromkeys(pads, 1.0)) for name in full.outputs]
+    return replace(full, response=np.array(rows)[:, None], inputs=("heave",), input_units=("m",))
 
 
-def _checked(frequencies_hz: ArrayLike) -> Array:
+def checked_frequencies(frequencies_hz: ArrayLike) -> Array:
+    """Frequencies (Hz) as an array of one dimension; what is none is refused.
+
+    Raises
+    ------
+    LinearisationError
+        If one is negative or not finite, or there is more than one dimension.
+    """
     frequencies = np.array(frequencies_hz, dtype=float, ndmin=1)
     if frequencies.ndim != 1:
         raise LinearisationError(f"frequencies_hz has shape {frequencies.shape}; one dimension is needed")
@@ -163,18 +160,32 @@ def _checked(frequencies_hz: ArrayLike) -> Array:
     return frequencies
 
 
-def _solve(linear: LinearModel, frequencies: Array, stiffness: Array, right: Array) -> Array:
+def _motion(linear: LinearModel, frequencies: Array) -> Array:
+    """Coordinates per unit of every input, shape (frequencies, n, inputs)."""
+    s = (2j * np.pi * frequencies)[:, None, None].astype(np.clongdouble)
+    stiffness = s**2 * linear.mass + s * linear.damping + linear.stiffness
     try:
-        return np.linalg.solve(stiffness, right)
+        motion, correction = refined_solve(stiffness, linear.input_stiffness + s * linear.input_damping)
     except np.linalg.LinAlgError:
-        worst = frequencies[np.linalg.cond(stiffness).argmax()]
-        raise LinearisationError(
-            f"frequencies_hz holds {worst:g}, where {linear.name!r} has an undamped mode and its response is "
-            "infinite; leave this frequency out or add damping"
-        ) from None
+        worst = np.linalg.cond(stiffness.astype(complex)).argmax()
+    else:
+        if (correction < _DETERMINED).all():
+            return motion.astype(complex)
+        worst = correction.argmax()
+    raise LinearisationError(
+        f"frequencies_hz holds {frequencies[worst]:g}, where {linear.name!r} has an undamped mode and its "
+        "response is infinite; leave this frequency out or add damping"
+    )
 
 
-def _index(kind: str, name: str, names: tuple[str, ...]) -> int:
+def index_of(kind: str, name: str, names: tuple[str, ...]) -> int:
+    """Where a name stands.
+
+    Raises
+    ------
+    LinearisationError
+        If it is not there; the message names the kind and what is near.
+    """
     if name in names:
         return names.index(name)
     near = difflib.get_close_matches(name, names, n=1, cutoff=0)

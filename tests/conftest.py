@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import pytest
 import sympy
+from threadpoolctl import threadpool_limits
 
 from chassym.derivation import Model, Program, load_model
 
@@ -14,10 +15,14 @@ Lambdified = Callable[..., Callable[..., list]]
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_directory(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Keep the tests out of the user's cache of compiled functions; CHASSYM_CACHE_DIR is used if set."""
-    with pytest.MonkeyPatch.context() as patch:
+    """Keep the tests out of the user's cache of compiled functions; CHASSYM_CACHE_DIR is used if set.
+
+    Workers side by side share one; each keeps linear algebra to one thread.
+    """
+    own, is_worker = tmp_path_factory.getbasetemp(), "PYTEST_XDIST_WORKER" in os.environ
+    with pytest.MonkeyPatch.context() as patch, threadpool_limits(1 if is_worker else None):
         if not os.environ.get("CHASSYM_CACHE_DIR"):
-            patch.setenv("CHASSYM_CACHE_DIR", str(tmp_path_factory.mktemp("compiled")))
+            patch.setenv("CHASSYM_CACHE_DIR", str((own.parent if is_worker else own) / "compiled"))
         yield os.environ["CHASSYM_CACHE_DIR"]
 
 

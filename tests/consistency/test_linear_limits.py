@@ -4,19 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from chassym.derivation import Model, mean_slope
-from chassym.derivation.table import SlopeRule
+from chassym.derivation import Model
 from chassym.linear import LinearModel, frequency_response, linearise
+from chassym.linear.slope_rule import SlopeRule, left_slope, mean_slope, right_slope
 
 VEHICLES = ["sedan", "quarter_car", "half_car", "torsion_chain"]
-
-
-def left_slope(left: float, right: float) -> float:
-    return left
-
-
-def right_slope(left: float, right: float) -> float:
-    return right
 
 
 def jacobian(linear: LinearModel) -> np.ndarray:

@@ -7,7 +7,14 @@ import pytest
 import scipy.io
 from scipy.io import loadmat, whosmat
 
-from chassym.linear import LinearModel, write_mat
+from chassym.linear import LinearisationError, LinearModel, write_mat
+from chassym.linear.input_conventions import (
+    InputConvention,
+    accelerations,
+    displacements,
+    displacements_and_rates,
+    rates,
+)
 
 
 def texts(cells: np.ndarray) -> tuple[str, ...]:
@@ -19,7 +26,7 @@ def test_plant_is_read_back(tmp_path: Path, sedan_linear: LinearModel) -> None:
     path = tmp_path / "plant.mat"
     write_mat(path, sedan_linear)
     assert whosmat(path) == [("plant", (1, 1), "struct")]
-    plant, matrices = loadmat(path)["plant"][0, 0], sedan_linear.state_matrices()
+    plant, matrices = loadmat(path)["plant"][0, 0], displacements_and_rates(sedan_linear)
     for name in "ABCD":
         np.testing.assert_array_equal(plant[name], getattr(matrices, name))
     for signal in ("state", "input", "output"):
@@ -27,8 +34,30 @@ def test_plant_is_read_back(tmp_path: Path, sedan_linear: LinearModel) -> None:
         assert texts(plant[f"{signal}_units"]) == getattr(matrices, f"{signal}_units")
     assert plant["Ts"].item() == 0.0
     assert plant["name"].item() == "full_car"
-    assert plant["description"].item() == sedan_linear.description
-    assert "mean_slope" in plant["description"].item()
+    described = plant["description"].item()
+    assert described == f"{sedan_linear.description}; inputs are displacements and rates"
+    assert "mean_slope" in described
+
+
+@pytest.mark.parametrize("convention", [rates, accelerations])
+def test_the_convention_of_the_inputs_is_written_and_stated(
+    tmp_path: Path, quarter_linear: LinearModel, convention: InputConvention
+) -> None:
+    path = tmp_path / "plant.mat"
+    write_mat(path, quarter_linear, convention)
+    plant, matrices = loadmat(path)["plant"][0, 0], convention(quarter_linear)
+    for name in "ABCD":
+        np.testing.assert_array_equal(plant[name], getattr(matrices, name))
+    for signal in ("state", "input", "output"):
+        assert texts(plant[f"{signal}_names"]) == getattr(matrices, f"{signal}_names")
+        assert texts(plant[f"{signal}_units"]) == getattr(matrices, f"{signal}_units")
+    assert plant["description"].item().endswith(f"; inputs are {convention.__name__}")
+
+
+def test_an_impossible_convention_writes_nothing(tmp_path: Path, quarter_linear: LinearModel) -> None:
+    with pytest.raises(LinearisationError, match="improper"):
+        write_mat(tmp_path / "plant.mat", quarter_linear, displacements)
+    assert not list(tmp_path.iterdir())
 
 
 def test_system_without_inputs_is_written(tmp_path: Path, chain_linear: LinearModel) -> None:

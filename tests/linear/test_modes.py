@@ -1,12 +1,13 @@
 """Modes: eigenvalue problems solved otherwise, normalisation, rigid bodies, decay and growth, and names."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh, eigvals
 
-from chassym.derivation import Model
+from chassym.derivation import Model, load_model
 from chassym.linear import (
     LinearisationError,
     LinearModel,
@@ -15,7 +16,10 @@ from chassym.linear import (
     linearise,
     undamped_modes,
 )
-from chassym.linear.motion import mode_names
+from chassym.linear.modal.modes import ModeKind, energy_table
+from chassym.linear.modal.motion import dissipation_shares, mode_names, potential_shares
+
+Shares = Callable[[LinearModel, np.ndarray], dict[str, float]]
 
 VEHICLES = ["sedan", "quarter_car", "half_car", "torsion_chain"]
 
@@ -83,7 +87,8 @@ def test_undamped_modes_are_the_generalised_eigenvectors(linear: LinearModel) ->
     np.testing.assert_allclose(left, 0, atol=1e-11 * np.abs(linear.stiffness @ modes.shapes).max())
     identity = modes.shapes.T @ linear.mass @ modes.shapes
     np.testing.assert_allclose(identity, np.eye(len(squared)), atol=1e-12)
-    assert (modes.shapes[np.abs(modes.shapes).argmax(axis=0), range(len(squared))] > 0).all()
+    for shape in modes.shapes.T:
+        assert shape[np.abs(shape) > (1 - 1e-9) * np.abs(shape).max()][0] > 0
 
 
 def test_damped_modes_make_the_dynamic_stiffness_singular(linear: LinearModel) -> None:
@@ -143,10 +148,93 @@ def test_an_unstable_position(quarter_linear: LinearModel) -> None:
     assert growth[3.0] == pytest.approx(-1.0) and growth[-3.0] == pytest.approx(1.0)
 
 
-def test_forces_without_a_potential_are_refused(quarter_linear: LinearModel) -> None:
-    skew = replace(quarter_linear, stiffness=np.array([[2.0, 1.0], [-1.0, 3.0]]))
-    with pytest.raises(LinearisationError, match="not symmetric"):
+@pytest.mark.parametrize("follower", [0.3, 0.49, 0.8])
+def test_forces_without_a_potential(quarter_linear: LinearModel, follower: float) -> None:
+    """K = [[1, p], [-p, 2]]: -l^2 = 1.5 -+ sqrt(0.25 - p^2); above p = 0.5 an oscillation grows."""
+    stiffness = np.array([[1.0, follower], [-follower, 2.0]])
+    skew = replace(one_mass(quarter_linear, 0.0, 1.0), stiffness=stiffness, damping=np.zeros((2, 2)))
+    with pytest.raises(LinearisationError, match="not symmetric.*use damped_modes"):
         undamped_modes(skew)
+    modes = damped_modes(skew)
+    split = np.sqrt(0.25 - follower**2 + 0j)
+    expected = [1j * np.sqrt(1.5 - split), 1j * np.sqrt(1.5 + split)]
+    found = [mode.eigenvalue for mode in modes]
+    for value in expected:
+        upper = value if value.imag > 0 else -value
+        assert min(abs(other - upper) for other in found) < 1e-9
+    assert (ModeKind.GROWING_OSCILLATION in {mode.kind for mode in modes}) == (follower > 0.5)
+
+
+def test_thrust_that_follows_a_free_body(quarter_linear: LinearModel) -> None:
+    """y'' = f a, a'' = 0: the eigenvalue zero four times and one shape, to which the engine may be turned."""
+    free = replace(
+        one_mass(quarter_linear, 0.0, 0.0),
+        stiffness=np.array([[0.0, -9.0], [0.0, 0.0]]),
+        damping=np.zeros((2, 2)),
+        coordinates=("shift", "angle"),
+    )
+    (rigid,) = damped_modes(free)
+    assert rigid.kind == "rigid body"
+    np.testing.assert_allclose(np.abs(rigid.shape), [1, 0], atol=1e-12)
+
+
+def test_an_undamped_model_has_the_same_modes_either_way(sedan_linear: LinearModel) -> None:
+    conservative = replace(sedan_linear, damping=np.zeros((12, 12)))
+    modes, undamped = damped_modes(conservative), undamped_modes(sedan_linear)
+    np.testing.assert_allclose([mode.frequency_hz for mode in modes], undamped.frequencies_hz, rtol=1e-9)
+    np.testing.assert_allclose([mode.damping_ratio for mode in modes], 0, atol=1e-10)
+    for mode, other in zip(modes, undamped.modes, strict=True):
+        assert mode.kind == other.kind == "oscillation" and mode.name == other.name
+        np.testing.assert_allclose(mode.shape, other.shape, atol=1e-6)
+
+
+def test_what_a_mode_does(quarter_linear: LinearModel) -> None:
+    """The signs of damping and stiffness tell."""
+    cases = {
+        (0.4, 4.0): {"oscillation"},
+        (5.0, 4.0): {"decay"},
+        (0.5, 0.0): {"rigid body", "decay"},
+        (0.0, -9.0): {"divergence", "decay"},
+        (-0.4, 9.0): {"growing oscillation"},
+        (0.0, 0.0): {"rigid body"},
+    }
+    for (damping, stiffness), kinds in cases.items():
+        linear = one_mass(quarter_linear, damping, stiffness)
+        found = [mode for mode in damped_modes(linear) if abs(mode.shape[0]) > 0.5]
+        assert {mode.kind for mode in found} == kinds
+
+
+def test_time_constants(quarter_linear: LinearModel) -> None:
+    """l^2 + 5 l + 4 = 0: the decays last 1 s and 1/4 s."""
+    slow, oscillation, fast = damped_modes(one_mass(quarter_linear, damping=5.0, stiffness=4.0))
+    assert (slow.time_constant, fast.time_constant) == pytest.approx((1.0, 0.25))
+    assert slow.damped_frequency_hz == 0 and oscillation.time_constant == pytest.approx(5.0)
+    assert oscillation.damped_frequency_hz == pytest.approx(np.sqrt(4 - 0.04) / (2 * np.pi))
+    assert damped_modes(one_mass(quarter_linear, 0.0, 0.0))[0].time_constant == np.inf
+
+
+def test_two_decays_of_an_overdamped_oscillation(quarter_linear: LinearModel) -> None:
+    """zeta = 5 / (2 * 2), w = 2 rad/s."""
+    slow, oscillation, fast = damped_modes(one_mass(quarter_linear, damping=5.0, stiffness=4.0))
+    assert slow.is_overdamped and fast.is_overdamped and not oscillation.is_overdamped
+    assert (slow.partner, fast.partner) == (fast.eigenvalue, slow.eigenvalue)
+    for mode in (slow, fast):
+        assert mode.pair_damping_ratio == pytest.approx(1.25)
+        assert mode.pair_frequency_hz == pytest.approx(1 / np.pi)
+    assert oscillation.pair_damping_ratio == pytest.approx(oscillation.damping_ratio)
+    assert oscillation.pair_frequency_hz == pytest.approx(oscillation.frequency_hz)
+    for damping, stiffness in ((0.5, 0.0), (0.0, -9.0), (0.0, 0.0)):
+        modes = damped_modes(one_mass(quarter_linear, damping, stiffness))
+        assert not any(mode.is_overdamped for mode in modes)
+
+
+def test_decays_of_several_overdamped_oscillations_find_their_partners(chain_linear: LinearModel) -> None:
+    """C = 0.1 s K on a free chain, w^2 = k / I and 3 k / I: zeta = 0.05 s w, both far above 1."""
+    stiff = replace(chain_linear, damping=0.1 * chain_linear.stiffness)
+    square = stiff.stiffness[1, 1] / 126
+    ratios = sorted(mode.pair_damping_ratio for mode in damped_modes(stiff) if mode.is_overdamped)
+    expected = 0.05 * np.sqrt([square, square, 3 * square, 3 * square])
+    np.testing.assert_allclose(ratios, expected, rtol=1e-6)
 
 
 def test_sedan_s_modes_are_called_by_what_moves(sedan_linear: LinearModel) -> None:
@@ -245,3 +333,67 @@ def test_equal_names_are_told_apart(quarter_linear: LinearModel) -> None:
         one_mass(quarter_linear, damping=0.0, stiffness=1.0), coordinates=("body_bounce", "bounce")
     )
     assert undamped_modes(twins).names == ("bounce 1", "bounce 2")
+
+
+@pytest.mark.parametrize("shares", [potential_shares, dissipation_shares])
+def test_shares_of_potential_energy_and_dissipation_add_up(linear: LinearModel, shares: Shares) -> None:
+    for mode in damped_modes(linear):
+        total = sum(shares(linear, mode.shape).values())
+        assert total == pytest.approx(0.0 if mode.kind == "rigid body" else 1.0, abs=1e-12)
+
+
+def test_energies_where_the_spring_and_the_dashpot_are(quarter_linear: LinearModel) -> None:
+    """Two masses that nothing couples: each mode has all of its energies to itself."""
+    apart = one_mass(quarter_linear, damping=0.0, stiffness=9.0)
+    table = energy_table(damped_modes(apart))
+    own = [["bounce", "wheel hop"].index(name) for name in table["motion"].values]
+    assert own == [0, 1] and list(table["mode"].values) == ["wheel hop", "bounce"]
+    np.testing.assert_allclose(table["kinetic"], [[0, 1], [1, 0]], atol=1e-12)
+    np.testing.assert_allclose(table["potential"], [[0, 1], [1, 0]], atol=1e-12)
+    np.testing.assert_allclose(table["dissipation"], [[0, 1], [0, 0]], atol=1e-12)
+    assert list(table["kind"].values) == ["oscillation", "oscillation"]
+
+
+def test_kinetic_and_potential_energy_are_equal_on_average(sedan_linear: LinearModel) -> None:
+    """Over all coordinates, not share by share: w^2 q^T M q = q^T K q."""
+    for mode in undamped_modes(sedan_linear).modes:
+        stored = (mode.shape @ sedan_linear.stiffness @ mode.shape).real
+        assert stored == pytest.approx((2 * np.pi * mode.frequency_hz) ** 2, rel=1e-9)
+
+
+def test_table_of_energies(sedan_linear: LinearModel) -> None:
+    modes = damped_modes(sedan_linear)
+    table = energy_table(modes)
+    assert table.sizes == {"mode": 12, "motion": 9}
+    np.testing.assert_allclose(table["frequency_hz"], [mode.frequency_hz for mode in modes])
+    assert table["kinetic"].sel(mode="yaw", motion="yaw") == modes[4].energy["yaw"]
+    assert "yaw" in str(table["dissipation"].to_pandas())
+
+
+def test_axes_have_words_in_vehicles_only(quarter_linear: LinearModel) -> None:
+    plane = one_mass(quarter_linear, damping=0.0, stiffness=1.0)
+    assert undamped_modes(replace(plane, coordinates=("x", "y"))).names == ("x", "y")
+    assert undamped_modes(replace(plane, coordinates=("y", "yaw"))).names == ("lateral", "yaw")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sections", [4, 5, 12])
+def test_body_torsion_of_many_sections_is_named_by_its_nodes(sedan: Model, sections: int) -> None:
+    modes = undamped_modes(linearise(load_model("sedan", sections=sections)))
+    torsion = [name for name in modes.names if name.startswith("body torsion")]
+    assert torsion[0] == "body torsion, 1 node"
+    assert torsion[1:] == [f"body torsion, {nodes} nodes" for nodes in range(2, sections)]
+
+
+def test_nodes_of_a_uniform_free_chain(chain_linear: LinearModel) -> None:
+    """Seven equal discs, shapes cos(k pi (i + 1/2) / 7) with k nodes, as twists against the fourth disc."""
+    names = ("roll", "front_torsion", *(f"section_{i}_torsion" for i in (2, 3, 5, 6)), "rear_torsion")
+    chain = replace(chain_linear, coordinates=names)
+    shapes = []
+    for k in range(1, 7):
+        angles = np.cos(k * np.pi * (np.arange(7) + 0.5) / 7)
+        shapes.append(np.insert(np.delete(angles - angles[3], 3), 0, angles[3]))
+    full = replace(chain, mass=np.eye(7), stiffness=np.diag([0.0, 1, 1, 1, 1, 1, 1]))
+    expected = tuple(f"body torsion, {k} node{'s' if k > 1 else ''}" for k in range(1, 7))
+    assert mode_names(full, shapes, [True] * 6) == expected
+    assert mode_names(full, [1j * shape for shape in shapes], [True] * 6) == expected

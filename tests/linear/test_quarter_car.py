@@ -97,15 +97,41 @@ def test_poles_are_the_roots_of_the_quartic(variant: Model) -> None:
     roots = np.roots(textbook(variant).characteristic)
     expected = np.sort_complex(roots[roots.imag >= 0])
     found = np.sort_complex([mode.eigenvalue for mode in damped_modes(linearise(variant))])
-    np.testing.assert_allclose(found, expected, rtol=1e-11)
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
 
 
 def test_every_transfer_function_is_the_closed_form(variant: Model) -> None:
+    """To rounding: travel and patch force are differences, of motions almost equal at low frequency."""
     response = frequency_response(linearise(variant), FREQUENCIES)
     expected = textbook(variant).transfer(2j * np.pi * FREQUENCIES)
     assert set(expected) == set(response.outputs)
+    terms = {"wheel_travel": 1.0, "patch_force_z": textbook(variant).kt}
     for output, values in expected.items():
-        np.testing.assert_allclose(response.select(output, "road"), values, rtol=1e-9, err_msg=output)
+        rounding = 2e-14 * terms.get(output, 0.0)
+        np.testing.assert_allclose(
+            response.select(output, "road"), values, rtol=1e-13, atol=rounding, err_msg=output
+        )
+
+
+@pytest.mark.parametrize("spring_rate", [3e3, 16e3, 2e5])
+@pytest.mark.parametrize("damping", [0.0, 0.3, 1.0, 20.0])
+def test_no_suspension_changes_the_invariant_points(
+    quarter_car: Model, spring_rate: float, damping: float
+) -> None:
+    """J. K. Hedrick and T. Butsuen, Invariant properties of automotive suspensions, 1990, for ct = 0.
+
+    Proc. Inst. Mech. Eng. D 204, 21-27. The suspension's force is internal: ms zs'' + mu zu'' = kt (w - zu).
+    Hence zs'' = kt / ms w at w^2 = kt / mu, and zu - zs = (1 + mu / ms) w at w^2 = kt / (ms + mu).
+    """
+    forces = [damping * quarter_car.parameters.flat()[f"damper.force[{i}]"] for i in range(5)]
+    changes: dict[str, list[float] | float] = {"spring.rate": spring_rate, "tyre.damping": 0.0}
+    changes["damper.force"] = forces
+    changed = quarter_car.with_parameters(changes)
+    m = textbook(changed)
+    frequencies = np.sqrt(m.kt / np.array([m.mu, m.ms + m.mu])) / (2 * np.pi)
+    response = frequency_response(linearise(changed), frequencies)
+    found = response.select("vertical_acceleration", "road")[0], response.select("wheel_travel", "road")[1]
+    np.testing.assert_allclose(found, [m.kt / m.ms, 1 + m.mu / m.ms], rtol=1e-12, atol=0)
 
 
 def test_an_overdamped_car_has_every_real_pole_once(quarter_car: Model) -> None:

@@ -25,7 +25,9 @@ from chassym.linear import (
     linearise,
     to_control,
 )
-from chassym.linear.operating_point import find_jump
+from chassym.linear.input_conventions import displacements_and_rates
+from chassym.linear.jump import find_jump
+from chassym.linear.operating_point import design_position
 
 S, V = sympy.symbols("s v", real=True)
 FRICTION = sympy.Symbol("friction", real=True)
@@ -36,10 +38,6 @@ VEHICLES = ["sedan", "quarter_car", "half_car", "torsion_chain"]
 @pytest.fixture(params=VEHICLES)
 def linear(request: pytest.FixtureRequest) -> LinearModel:
     return linearise(request.getfixturevalue(request.param))
-
-
-def lower_slope(left: float, right: float) -> float:
-    return min(left, right)
 
 
 def numbers(model: Model, vector: object) -> np.ndarray:
@@ -141,31 +139,10 @@ def test_half_car_is_the_hand_built_one(half_car: Model, half_linear: LinearMode
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-13 * np.abs(expected).max())
 
 
-def test_slope_rule_combines_the_table_s_slopes_at_rest(sedan: Model) -> None:
-    value = sedan.parameters.flat()
-    mean, lower = linearise(sedan), linearise(sedan, lower_slope)
-    for axle, printed in (("front", (3912, 978)), ("rear", (1925, 740))):
-        place = f"suspension.{axle}.damper"
-        ratio = value[f"{place}.lever_ratio"] ** 2
-        rebound = value[f"{place}.force[1]"] / value[f"{place}.velocity[1]"] / ratio
-        jounce = value[f"{place}.force[3]"] / value[f"{place}.velocity[3]"] / ratio
-        np.testing.assert_allclose((rebound, jounce), printed, rtol=5e-4)
-        for side in ("left", "right"):
-            assert mean.slopes[f"{axle}_{side}_damper"] == pytest.approx((rebound + jounce) / 2, rel=1e-14)
-            assert lower.slopes[f"{axle}_{side}_damper"] == pytest.approx(jounce, rel=1e-14)
-    assert mean.slope_rule == "mean_slope" and lower.slope_rule == "lower_slope"
-    assert "mean_slope" in str(mean) and "front_left_damper 2445.11" in str(mean)
-    # The slope reaches the equations: only C changes, by the difference of slopes along the wheels' travel.
-    travel = mean.output_by_coordinates[[mean.outputs.index(f"{s[:-7]}_wheel_travel") for s in mean.slopes]]
-    less = np.array([mean.slopes[name] - lower.slopes[name] for name in mean.slopes])
-    np.testing.assert_allclose(mean.damping - lower.damping, travel.T * less @ travel, atol=1e-9)
-    np.testing.assert_array_equal(mean.stiffness, lower.stiffness)
-
-
 def test_state_matrices_satisfy_the_second_order_equations(linear: LinearModel) -> None:
     """For random states and inputs, x' and y are put back into the equations they were made from."""
     n, p = len(linear.coordinates), len(linear.inputs)
-    matrices = linear.state_matrices()
+    matrices = displacements_and_rates(linear)
     state, given = (np.random.default_rng(3).normal(size=(size, 20)) for size in (2 * n, 2 * p))
     change = matrices.A @ state + matrices.B @ given
     (q, rate), (u, u_rate) = np.split(state, [n]), np.split(given, [p])
@@ -180,7 +157,7 @@ def test_state_matrices_satisfy_the_second_order_equations(linear: LinearModel) 
 
 
 def test_names_and_units_go_with_the_matrices(sedan_linear: LinearModel) -> None:
-    matrices = sedan_linear.state_matrices()
+    matrices = displacements_and_rates(sedan_linear)
     assert matrices.state_names[:3] == ("x", "y", "z") and matrices.state_names[12:14] == ("x_rate", "y_rate")
     assert (
         matrices.input_names[2] == "front_left_pad_z" and matrices.input_names[14] == "front_left_pad_z_rate"
@@ -199,7 +176,7 @@ def test_names_and_units_go_with_the_matrices(sedan_linear: LinearModel) -> None
 
 
 def test_control_system_has_the_same_matrices_and_names(sedan_linear: LinearModel) -> None:
-    system, matrices = to_control(sedan_linear), sedan_linear.state_matrices()
+    system, matrices = to_control(sedan_linear), displacements_and_rates(sedan_linear)
     for name in "ABCD":
         np.testing.assert_array_equal(getattr(system, name), getattr(matrices, name))
     assert tuple(system.state_labels) == matrices.state_names
@@ -237,19 +214,10 @@ def test_singular_mass_is_refused_by_the_coordinate_s_name(quarter_linear: Linea
         with pytest.raises(
             LinearisationError, match="mass matrix of 'quarter_car' is singular: coordinate"
         ) as error:
-            linear.state_matrices()
+            displacements_and_rates(linear)
         assert "\n" not in str(error.value)
     with pytest.raises(LinearisationError, match="'wheel_bounce'"):
-        massless.state_matrices()
-
-
-def test_slope_rule_without_a_finite_slope_is_refused(quarter_car: Model) -> None:
-    with pytest.raises(LinearisationError, match="slope_rule 'nowhere' gave nan for element 'damper'"):
-
-        def nowhere(left: float, right: float) -> float:
-            return float("nan")
-
-        linearise(quarter_car, nowhere)
+        displacements_and_rates(massless)
 
 
 def slider(law: Characteristic, friction: float = 6.0) -> Model:
@@ -335,4 +303,4 @@ def test_a_jump_in_a_prescribed_motion_is_refused_by_its_name() -> None:
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_vehicles_have_no_jump(vehicle: str, request: pytest.FixtureRequest) -> None:
-    assert find_jump(request.getfixturevalue(vehicle)) is None
+    assert find_jump(design_position(request.getfixturevalue(vehicle))) is None

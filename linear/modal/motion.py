@@ -1,4 +1,4 @@
-"""What moves in a mode: shares of its kinetic energy, and words for them."""
+"""What moves in a mode: shares of its energies, and words for them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from chassym.linear.state_space import LinearModel
+from chassym.linear.linear_model import LinearModel
 
 Array = np.ndarray
 
@@ -19,6 +19,17 @@ PARTICIPATES = 0.1
 
 SPEAKS = 0.25
 """Least share of a mode's energy for a group to name it before another one that has more."""
+
+
+AT_REST = 1e-3
+"""Amplitude, as a part of the largest one along the body, below which a section stands in a node itself."""
+
+
+ROUNDING = 1e-11
+"""Energy below this part of its largest term is nothing."""
+
+TORSION = "body torsion"
+"""The group of the twists of body sections."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +54,17 @@ class Motion:
     along: str = ""
 
 
-MOTIONS = (
+ALONG_AXES = (
     Motion(re.compile(r"x"), "longitudinal", "longitudinal"),
     Motion(re.compile(r"y"), "lateral", "lateral"),
-    Motion(re.compile(r"z|(body_)?bounce"), "bounce", "bounce"),
-    Motion(re.compile(r"(front|rear)_torsion"), "body torsion", r"\1 body torsion", along="roll"),
-    Motion(re.compile(r"section_(\d+)_torsion"), "body torsion", r"section \1 body torsion", along="roll"),
+    Motion(re.compile(r"z"), "bounce", "bounce"),
+)
+"""Words for coordinates along the axes of a vehicle, which is what has a coordinate among `ROTATIONS`."""
+
+MOTIONS = (
+    Motion(re.compile(r"(body_)?bounce"), "bounce", "bounce"),
+    Motion(re.compile(r"(front|rear)_torsion"), TORSION, r"\1 body torsion", along="roll"),
+    Motion(re.compile(r"section_(\d+)_torsion"), TORSION, r"section \1 body torsion", along="roll"),
     Motion(
         re.compile(r"(front|rear)_(left|right)_(arm_angle|wheel_bounce)"),
         r"\1 wheel hop",
@@ -88,11 +104,24 @@ def energy_shares(linear: LinearModel, shape: Array) -> dict[str, float]:
     dict of str to float
         By the group of `MOTIONS`, in the order of the coordinates.
     """
-    shares: dict[str, float] = {}
-    for name, share in zip(linear.coordinates, _coordinate_shares(linear, shape), strict=True):
-        group = _words(name).group
-        shares[group] = shares.get(group, 0.0) + float(share)
-    return shares
+    return _by_group(linear, _coordinate_shares(linear, shape, linear.mass))
+
+
+def potential_shares(linear: LinearModel, shape: Array) -> dict[str, float]:
+    """Shares of a mode's potential energy by what moves, q_i (K q)_i / (q^T K q); see `energy_shares`.
+
+    They say along which coordinates springs and weights hold the mode. The sum is 1; all are 0 in a mode
+    without stiffness.
+    """
+    return _by_group(linear, _coordinate_shares(linear, shape, linear.stiffness))
+
+
+def dissipation_shares(linear: LinearModel, shape: Array) -> dict[str, float]:
+    """Shares of the power that a mode loses by what moves, q'_i (C q')_i / (q'^T C q'); see `energy_shares`.
+
+    The sum is 1; all are 0 in a mode without damping.
+    """
+    return _by_group(linear, _coordinate_shares(linear, shape, linear.damping))
 
 
 def mode_names(linear: LinearModel, shapes: Sequence[Array], oscillates: Sequence[bool]) -> tuple[str, ...]:
@@ -115,7 +144,7 @@ def mode_names(linear: LinearModel, shapes: Sequence[Array], oscillates: Sequenc
     """
     energies = [energy_shares(linear, shape) for shape in shapes]
     groups = [max(energy, key=energy.__getitem__) for energy in energies]
-    room = Counter(_words(name).group for name in linear.coordinates)
+    room = Counter(motion_of_coordinates(linear))
     claims = [
         (share, i, group) for i, e in enumerate(energies) if oscillates[i] for group, share in e.items()
     ]
@@ -128,6 +157,11 @@ def mode_names(linear: LinearModel, shapes: Sequence[Array], oscillates: Sequenc
     return tuple(
         _numbered([_name(linear, shape, group) for shape, group in zip(shapes, groups, strict=True)])
     )
+
+
+def motion_of_coordinates(linear: LinearModel) -> tuple[str, ...]:
+    """The word for the group of every coordinate."""
+    return tuple(words.group for words in _words(linear.coordinates))
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
@@ -143,9 +177,12 @@ def _numbered(names: Sequence[str]) -> list[str]:
 def _name(linear: LinearModel, shape: Array, group: str) -> str:
     """The word for the coordinates of a group that take part, and whether they move the same way."""
     members = _members(linear, group)
-    shares = _coordinate_shares(linear, shape)
+    if group == TORSION and len(members) > 2:
+        nodes = _nodes(linear, shape)
+        return f"{group}, {nodes} {'node' if nodes == 1 else 'nodes'}"
+    shares = _coordinate_shares(linear, shape, linear.mass)
     active = [i for i in members if shares[i] >= PARTICIPATES * shares[members].max()]
-    words = _words(linear.coordinates[active[0]])
+    words = _words(linear.coordinates)[active[0]]
     if len(active) == 1:
         return words.alone
     carrier = _members(linear, words.along)
@@ -156,33 +193,65 @@ def _name(linear: LinearModel, shape: Array, group: str) -> str:
     return f"{group}, {'in phase' if (moves[0].conj() * moves[1:]).real.min() > 0 else 'opposite'}"
 
 
+def _nodes(linear: LinearModel, shape: Array) -> int:
+    """How often the roll angle changes its sign along the body.
+
+    Coordinates are the twists of the sections against a free one, which stands at index count // 2.
+    """
+    twisted = sorted(_members(linear, TORSION), key=lambda i: _place(linear.coordinates[i]))
+    roll = shape[_members(linear, "roll")].sum()
+    angles = np.insert(roll + shape[twisted], (len(twisted) + 1) // 2, roll)
+    turned = (angles / np.sqrt(np.sum(angles**2) + 0j)).real
+    signs = np.sign(turned[np.abs(turned) > AT_REST * np.abs(turned).max()])
+    return int((np.diff(signs) != 0).sum())
+
+
+def _place(coordinate: str) -> float:
+    """Order of the sections from front to rear."""
+    number = re.search(r"\d+", coordinate)
+    return float(number[0]) if number else (0.0 if coordinate.startswith("front") else np.inf)
+
+
 def _members(linear: LinearModel, group: str) -> list[int]:
-    return [i for i, name in enumerate(linear.coordinates) if _words(name).group == group]
+    return [i for i, word in enumerate(motion_of_coordinates(linear)) if word == group]
 
 
-def _coordinate_shares(linear: LinearModel, shape: Array) -> Array:
-    """Amplitude times momentum, with the body's displacement taken at its elastic centre.
+def _by_group(linear: LinearModel, coordinate_shares: Array) -> dict[str, float]:
+    shares: dict[str, float] = {}
+    for word, share in zip(motion_of_coordinates(linear), coordinate_shares, strict=True):
+        shares[word] = shares.get(word, 0.0) + float(share)
+    return shares
+
+
+def _coordinate_shares(linear: LinearModel, shape: Array, matrix: Array) -> Array:
+    """Amplitude times momentum or force, with the body's displacement taken at its elastic centre.
 
     With the rotations r, that displacement is p = d + N r, where d is the origin's and N = K[d, r] / K[d, d]:
-    in these coordinates no force acts along p when the body turns. The momentum that belongs to r is then
-    less by N^T times that of d.
+    in these coordinates no force acts along p when the body turns. What pushes along r is then less by N^T
+    times that along d. If all adds up to nothing but rounding, there are no shares.
     """
-    momentum = (linear.mass @ shape).astype(complex)
-    moved, pushed = shape.astype(complex), momentum.copy()
+    push = (matrix @ shape).astype(complex)
+    moved, pushed = shape.astype(complex), push.copy()
     rotations = [i for group in ROTATIONS for i in _members(linear, group)]
     for i in (i for group in TRANSLATIONS for i in _members(linear, group)):
         if linear.stiffness[i, i] > 0:
             lever = linear.stiffness[i, rotations] / linear.stiffness[i, i]
             moved[i] += lever @ shape[rotations]
-            pushed[rotations] -= lever * momentum[i]
+            pushed[rotations] -= lever * push[i]
     shares = (moved.conj() * pushed).real
-    return shares / shares.sum()
+    total, largest = shares.sum(), np.abs(matrix * np.outer(shape, shape)).max()
+    return shares / total if abs(total) > ROUNDING * largest else np.zeros(len(shares))
 
 
 @cache
-def _words(coordinate: str) -> Motion:
-    """The words for a coordinate; by default its own name."""
-    for motion in MOTIONS:
+def _words(coordinates: tuple[str, ...]) -> tuple[Motion, ...]:
+    """The words for every coordinate; by default its own name."""
+    known = ALONG_AXES + MOTIONS if set(ROTATIONS).intersection(coordinates) else MOTIONS
+    return tuple(_word(coordinate, known) for coordinate in coordinates)
+
+
+def _word(coordinate: str, known: Sequence[Motion]) -> Motion:
+    for motion in known:
         match = motion.coordinates.fullmatch(coordinate)
         if match:
             group, alone = match.expand(motion.group), match.expand(motion.alone)

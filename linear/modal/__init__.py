@@ -1,0 +1,1 @@
+"""Natural modes: what moves, how it decays, and how modes change."""

@@ -1,0 +1,1 @@
+"""Random roads, and what they do to a vehicle and its passengers."""

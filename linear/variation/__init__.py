@@ -1,0 +1,1 @@
+"""What parameters do: exact derivatives, finite changes, and thousands of variants."""

@@ -1,0 +1,313 @@
+"""Exact derivatives of linear models by parameters, and of what is computed from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import eig
+
+from chassym.derivation import Model
+from chassym.linear.frequency_response import checked_frequencies, index_of
+from chassym.linear.input_conventions import displacements_and_rates
+from chassym.linear.linear_model import LinearisationError, LinearModel
+from chassym.linear.linearisation import linearise, split
+from chassym.linear.operating_point import OperatingPoint
+from chassym.linear.slope_rule import SlopeRules, mean_slope, rule_of
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """A linear model and the derivatives of its matrices by parameters.
+
+    The preloads follow the parameters so that the design position stays at rest; where preloads were given it
+    is the position at rest that follows. The slopes of tables follow by their rules.
+
+    Attributes
+    ----------
+    linear
+        The linear model.
+    parameters
+        Names, p of them; an entry of a list by a name such as ``"suspension.front.damper.force[0]"``.
+    values
+        Their values in SI, shape (p,).
+    jacobian
+        Derivatives of the derivatives of residual and outputs by q, q', q'', u, u', shape (p, n + outputs,
+        arguments).
+    slopes
+        Derivatives of the slope of every table, shape (p,), by its element's name.
+    """
+
+    linear: LinearModel
+    parameters: tuple[str, ...]
+    values: Array
+    jacobian: Array
+    slopes: Mapping[str, Array]
+
+    @cached_property
+    def matrices(self) -> dict[str, Array]:
+        """Derivative of every matrix of `LinearModel` by its attribute's name, shape (p, rows, columns)."""
+        return split(self.jacobian, len(self.linear.coordinates), len(self.linear.inputs))
+
+    @cached_property
+    def state_matrix(self) -> Array:
+        """Derivative of A in x' = A x, shape (p, 2 n, 2 n)."""
+        linear, change = self.linear, self.matrices
+        n = len(linear.coordinates)
+        rates = displacements_and_rates(linear).A[n:]
+        forces = np.concatenate([change["stiffness"], change["damping"]], axis=2) + change["mass"] @ rates
+        full = np.zeros((len(self.parameters), 2 * n, 2 * n))
+        full[:, n:] = -np.linalg.solve(linear.mass, forces)
+        return full
+
+    def eigenvalues(self, eigenvalues: Sequence[complex]) -> Array:
+        """Derivatives of eigenvalues, complex, shape (eigenvalues, p).
+
+        With left and right vectors, w^H A = l w^H and A v = l v, it is dl = w^H dA v / (w^H v): Lancaster, On
+        eigenvalues of matrices dependent on a parameter, Numerische Mathematik 6 (1964), 377-387.
+
+        Parameters
+        ----------
+        eigenvalues
+            Some of those of the linear model, as `damped_modes` gives them; NaN stands for zero and for
+            multiple ones, which have no derivatives of their own.
+        """
+        values, left, right = eig(displacements_and_rates(self.linear).A, left=True, right=True)
+        scale = np.abs(values).max()
+        found = np.full((len(eigenvalues), len(self.parameters)), np.nan + 0j)
+        for row, eigenvalue in zip(found, eigenvalues, strict=True):
+            distance = np.abs(values - eigenvalue)
+            index, second = np.argsort(distance)[:2]
+            product = left[:, index].conj() @ right[:, index]
+            if abs(eigenvalue) <= _ZERO * scale or distance[second] <= _ZERO * scale:
+                continue
+            row[:] = np.einsum("i,pij,j->p", left[:, index].conj(), self.state_matrix, right[:, index])
+            row /= product
+        return found
+
+    def frequencies_hz(self, eigenvalues: Sequence[complex]) -> Array:
+        """Derivatives of |eigenvalue| / (2 pi), shape (eigenvalues, p)."""
+        values = np.asarray(eigenvalues)[:, None]
+        return (values.conj() * self.eigenvalues(eigenvalues)).real / np.abs(values) / (2 * np.pi)
+
+    def damping_ratios(self, eigenvalues: Sequence[complex]) -> Array:
+        """Derivatives of -Re(eigenvalue) / |eigenvalue|, shape (eigenvalues, p)."""
+        values, changes = np.asarray(eigenvalues)[:, None], self.eigenvalues(eigenvalues)
+        size, size_change = np.abs(values), (values.conj() * changes).real / np.abs(values)
+        return (values.real * size_change / size - changes.real) / size
+
+    def response(self, output: str, inputs: Sequence[str], frequencies_hz: ArrayLike) -> Array:
+        """Derivatives of the frequency response of one output to some inputs, complex.
+
+        With P = s^2 M + s C + K and y = L P^-1 F + D it is dy = dL q + L P^-1 (dF - dP q) + dD, where
+        q = P^-1 F: one solution for all parameters.
+
+        Parameters
+        ----------
+        output
+            Name of the output.
+        inputs
+            Names of inputs.
+        frequencies_hz
+            Frequencies (Hz), shape (frequencies,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (p, inputs, frequencies).
+
+        Raises
+        ------
+        LinearisationError
+            If there is no such output or input, or a frequency is negative or not finite.
+        """
+        linear = self.linear
+        row = index_of("output", output, linear.outputs)
+        columns = [index_of("input", name, linear.inputs) for name in inputs]
+        s = 2j * np.pi * checked_frequencies(frequencies_hz)[:, None, None]
+        dynamic = s**2 * linear.mass + s * linear.damping + linear.stiffness
+        driven = linear.input_stiffness[:, columns] + s * linear.input_damping[:, columns]
+        seen = linear.output_by_coordinates[[row]] + s * linear.output_by_rates[[row]]
+        seen = seen + s**2 * linear.output_by_accelerations[[row]]
+        motion = np.linalg.solve(dynamic, driven)
+        adjoint = np.linalg.solve(dynamic.swapaxes(1, 2), seen.swapaxes(1, 2)).swapaxes(1, 2)
+        found = np.empty((len(self.parameters), len(columns), len(s)), dtype=complex)
+        for index in range(len(self.parameters)):
+            one = {name: matrices[index] for name, matrices in self.matrices.items()}
+            forces = one["input_stiffness"][:, columns] + s * one["input_damping"][:, columns]
+            forces = forces - (s**2 * one["mass"] + s * one["damping"] + one["stiffness"]) @ motion
+            change = one["output_by_coordinates"][[row]] + s * one["output_by_rates"][[row]]
+            change = change + s**2 * one["output_by_accelerations"][[row]]
+            through = one["output_by_inputs"][[row]][:, columns]
+            through = through + s * one["output_by_input_rates"][[row]][:, columns]
+            found[index] = (adjoint @ forces + change @ motion + through)[:, 0].T
+        return found
+
+
+_ZERO = 1e-9
+"""Part of the largest eigenvalue below which one is zero, or two are equal."""
+
+
+def sensitivity(
+    source: Model | OperatingPoint,
+    parameters: Sequence[str] | None = None,
+    slope_rule: SlopeRules = mean_slope,
+) -> Sensitivity:
+    """Linearise a model, and differentiate the linear model by parameters, exactly.
+
+    Parameters
+    ----------
+    source, slope_rule
+        As for `linearise`. The reach of a secant and the amplitude of a describing function stay as they are.
+    parameters
+        Names of parameters; of a list every entry is taken. All by default.
+
+    Raises
+    ------
+    ParameterError
+        If a parameter is unknown.
+    LinearisationError
+        As for `linearise`, or if the position at rest cannot follow the parameters, its stiffness being
+        singular.
+
+    Examples
+    --------
+    >>> from chassym.derivation import load_model
+    >>> found = sensitivity(load_model("quarter_car"), ["sprung.mass", "spring.rate"])
+    >>> found.matrices["mass"][0]
+    array([[1., 0.],
+           [0., 0.]])
+    """
+    linear = linearise(source, slope_rule)
+    point = linear.operating_point
+    names = _numbers(point.model, parameters)
+    changes = _Changes(point, linear, slope_rule)
+    total = changes.total(names)
+    by_everything = changes.jacobian()
+    jacobian = np.tensordot(total, by_everything, axes=(0, 0))
+    columns = [changes.row(f"{symbol.name}") for symbol in point.model.system.slopes.values()]
+    slopes = dict(zip(point.model.system.slopes, total[columns], strict=True))
+    values = point.model.parameters.flat()
+    return Sensitivity(linear, tuple(names), np.array([values[name] for name in names]), jacobian, slopes)
+
+
+def _numbers(model: Model, parameters: Sequence[str] | None) -> list[str]:
+    """Names of all numbers of some parameters."""
+    flat = model.parameters.flat()
+    if parameters is None:
+        return list(flat)
+    found: list[str] = []
+    for name in parameters:
+        entries = [each for each in flat if each == name or each.startswith(f"{name}[")]
+        if not entries:
+            raise model.parameters.schema.unknown(name, "sensitivity")
+        found += entries
+    return found
+
+
+class _Changes:
+    """Changes of everything that a linear model depends on, with unit changes of parameters.
+
+    Everything is what `CompiledEquations.change_names` names: arguments, parameters, preloads and slopes.
+    """
+
+    def __init__(self, point: OperatingPoint, linear: LinearModel, rules: SlopeRules) -> None:
+        self.point, self.rules = point, rules
+        self.compiled = point.model.compiled
+        self.names = self.compiled.change_names
+        slopes = point.model.system.slopes
+        self.values = point.model.values | {slopes[name].name: slope for name, slope in linear.slopes.items()}
+        self._rows = {name: row for row, name in enumerate(self.names)}
+
+    def row(self, name: str) -> int:
+        """Where a name stands."""
+        return self._rows[name]
+
+    def total(self, parameters: Sequence[str]) -> Array:
+        """Changes of everything, shape (everything, p), by unit changes of parameters."""
+        model, n = self.point.model, self.point.model.size
+        total = np.zeros((len(self.names), len(parameters)))
+        for column, name in enumerate(parameters):
+            if name in self._rows:  # a parameter that no equation mentions changes nothing
+                total[self._rows[name], column] = 1.0
+        statics = self._statics(self.values)
+        forces = (statics @ total)[:n]
+        if model.given_preloads is None:
+            names = [symbol.name for symbol in model.system.preloads]
+            total[[self._rows[name] for name in names]] = self._preloads(names, forces, total, statics)
+        else:
+            moved = [self._rows[coordinate.name] for coordinate in model.system.coordinates]
+            if self.point.condition > _SINGULAR:
+                raise LinearisationError(
+                    f"the position of {model.system.name!r} at rest is not determined by its forces: its "
+                    "stiffness is singular, and how it follows parameters is unknown"
+                )
+            total[moved] = -np.linalg.solve(self.point.stiffness, forces)
+        total[[self._rows[s.name] for s in model.system.slopes.values()]] = self._slopes(statics @ total)
+        return total
+
+    def _preloads(self, names: Sequence[str], forces: Array, total: Array, statics: Array) -> Array:
+        """Changes of preloads A^+ (-r0), r = r0 + A preload, with the second-order terms of A^+.
+
+        Golub and Pereyra, SIAM Journal on Numerical Analysis 10 (1973), 413-432, equation 4.12, for b in the
+        range of A.
+        """
+        n = self.point.model.size
+        by_preload = statics[:n, [self._rows[name] for name in names]]
+        inverse = np.linalg.pinv(by_preload, rcond=1e-12)
+        along = -inverse @ forces
+        nothing = np.eye(len(names)) - inverse @ by_preload
+        if np.abs(nothing).max(initial=0.0) < 1e-9:
+            return along
+        without = self.values | dict.fromkeys(names, 0.0)
+        start = (self._statics(without) @ total)[:n]
+        columns = [(self._statics(without | {name: -1.0}) @ total)[:n] - start for name in names]
+        held = inverse.T @ np.array([self.values[name] for name in names])
+        across = -np.einsum("jip,i->jp", np.array(columns), held)
+        return np.asarray(along + nothing @ across)
+
+    def _slopes(self, changes: Array) -> Array:
+        """Changes of the slopes of tables, shape (tables, p)."""
+        model = self.point.model
+        tables, places = model.tables, self.point.table_places
+        moved = changes[model.size : model.size + len(tables)]
+        numbers = changes[model.size + len(tables) :]
+        found = np.empty((len(tables), changes.shape[1]))
+        for index, (element, table) in enumerate(tables.items()):
+            knots = len(table.knots)
+            by_knot, by_slope, _, numbers = np.split(
+                numbers, [knots, 2 * knots + 1, 2 * knots + len(model.system.knotted[element].table.places)]
+            )
+            rule, distance = rule_of(self.rules, element), table.knots[:, 0] - places[element]
+            steps, away = np.diff(table.slopes[:, 0]), by_knot - moved[index]
+            found[index] = by_slope[0] + rule.share_beyond(distance) @ np.diff(by_slope, axis=0)
+            found[index] -= (steps * rule.density(distance)) @ away
+        return found
+
+    def _statics(self, values: Mapping[str, float]) -> Array:
+        """Derivatives of residual, table variables and table numbers by everything."""
+        arguments = np.repeat(self.point.arguments[:, None], len(self.names), axis=1)
+        samples = np.vstack([arguments, np.eye(len(self.names))])
+        return self.compiled.statics_change.bind(values)(samples)
+
+    def jacobian(self) -> Array:
+        """Derivatives of the linearisation by everything, shape (everything, n + outputs, arguments)."""
+        function = self.compiled.linearisation_change.bind(self.values)
+        count, arguments = len(self.names), self.point.arguments
+        found = []
+        for change in np.eye(count):
+            samples = np.empty((2 * len(arguments) + count, len(arguments)))
+            samples[: len(arguments)] = arguments[:, None]
+            samples[len(arguments) : 2 * len(arguments)] = np.eye(len(arguments))
+            samples[2 * len(arguments) :] = change[:, None]
+            found.append(function(samples))
+        return np.array(found)
+
+
+_SINGULAR = 1e14
+"""Condition number of a stiffness from which on it is singular."""
