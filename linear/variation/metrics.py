@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,12 +10,17 @@ import numpy as np
 
 from chassym.linear.frequency_response import frequency_response, index_of
 from chassym.linear.linear_model import LinearModel
+from chassym.linear.modal.mode_tracking import track_modes
 from chassym.linear.modal.modes import Mode, damped_modes
 from chassym.linear.road.random_road import mean_square_nodes, root_mean_squares
 from chassym.linear.road.road_contacts import Passage
 from chassym.linear.variation.sensitivity import Sensitivity
 
 Array = np.ndarray
+
+
+LinearAt = Callable[[float], LinearModel]
+"""The linear model with some parameters multiplied by a factor."""
 
 
 class Metric(Protocol):
@@ -30,6 +35,9 @@ class Metric(Protocol):
 
     def of(self, linear: LinearModel) -> float:
         """Its value."""
+
+    def followed(self, linear_at: LinearAt, factor: float) -> float:
+        """Its value at a factor, of the same motion as at factor one."""
 
     def derivative(self, sensitivity: Sensitivity) -> Array:
         """Its derivatives by the parameters of a sensitivity, shape (p,)."""
@@ -59,6 +67,10 @@ class NaturalFrequency:
     def of(self, linear: LinearModel) -> float:
         """Its value; a mode that is not there is refused with a LinearisationError."""
         return find_mode(linear, self.mode).frequency_hz
+
+    def followed(self, linear_at: LinearAt, factor: float) -> float:
+        """Its value at a factor: the mode may have another name there."""
+        return _tracked(linear_at, factor, self.mode, "frequency_hz")
 
     def derivative(self, sensitivity: Sensitivity) -> Array:
         """Its derivatives, shape (p,)."""
@@ -90,6 +102,10 @@ class DampingRatio:
     def of(self, linear: LinearModel) -> float:
         """Its value; a mode that is not there is refused with a LinearisationError."""
         return find_mode(linear, self.mode).damping_ratio
+
+    def followed(self, linear_at: LinearAt, factor: float) -> float:
+        """Its value at a factor: the mode may have another name there."""
+        return _tracked(linear_at, factor, self.mode, "damping_ratio")
 
     def derivative(self, sensitivity: Sensitivity) -> Array:
         """Its derivatives, shape (p,)."""
@@ -127,6 +143,10 @@ class ResponseAmplitude:
     def of(self, linear: LinearModel) -> float:
         """Its value; an unknown output or input is refused with a LinearisationError."""
         return float(abs(self._complex(linear)))
+
+    def followed(self, linear_at: LinearAt, factor: float) -> float:
+        """Its value at a factor."""
+        return self.of(linear_at(factor))
 
     def derivative(self, sensitivity: Sensitivity) -> Array:
         """Its derivatives, shape (p,)."""
@@ -168,6 +188,10 @@ class RoadVibration:
         """Its value; refused as by `random_response`."""
         return root_mean_squares(linear, self.passage, {self.output: np.ones_like})[self.output].value
 
+    def followed(self, linear_at: LinearAt, factor: float) -> float:
+        """Its value at a factor."""
+        return self.of(linear_at(factor))
+
     def derivative(self, sensitivity: Sensitivity) -> Array:
         """Its derivatives, shape (p,), by quadrature over the road's band; contacts stay where they are."""
         linear = sensitivity.linear
@@ -193,3 +217,11 @@ def find_mode(linear: LinearModel, name: str) -> Mode:
     """
     modes = damped_modes(linear)
     return modes[index_of("mode", name, tuple(mode.name for mode in modes))]
+
+
+def _tracked(linear_at: LinearAt, factor: float, mode: str, quantity: str) -> float:
+    """A quantity of `track_modes` at a factor, of the mode that has a name at factor one."""
+    eigenvalue = find_mode(linear_at(1.0), mode).eigenvalue
+    found = track_modes(linear_at, [1.0, factor])
+    distances = np.abs(found["eigenvalue"].values[0] - eigenvalue).min(axis=1)
+    return float(found[quantity].values[1, distances.argmin()])

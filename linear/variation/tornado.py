@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from chassym.derivation import Model
+from chassym.linear.linear_model import LinearModel
 from chassym.linear.linearisation import linearise
 from chassym.linear.slope_rule import SlopeRules, mean_slope
 from chassym.linear.variation.metrics import Metric
@@ -107,11 +108,12 @@ def tornado(
     nominal = metric.of(exact.linear)
     bars = []
     for label, names in groups.items():
-        less, more = (
-            metric.of(linearise(model.scaled(*names, factor=factor), slope_rule)) - nominal
-            for factor in (1 - change, 1 + change)
-        )
-        predicted = sum(value for name, value in by_logarithm.items() if _is_among(name, names))
+
+        def linear_at(factor: float, names: Sequence[str] = names) -> LinearModel:
+            return linearise(model.scaled(*names, factor=factor), slope_rule)
+
+        less, more = (metric.followed(linear_at, factor) - nominal for factor in (1 - change, 1 + change))
+        predicted = float(sum(value for name, value in by_logarithm.items() if _is_among(name, names)))
         bars.append(Bar(label, less, more, -predicted, predicted))
     bars.sort(key=lambda bar: bar.size, reverse=True)
     return Tornado(metric.name, metric.unit(exact.linear), nominal, change, tuple(bars))

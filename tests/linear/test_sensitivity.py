@@ -240,6 +240,20 @@ def test_tornado_touches_its_derivatives_at_small_changes(quarter_car: Model) ->
     )
 
 
+def test_a_mode_that_takes_another_name_is_followed(sedan: Model) -> None:
+    """Bounce and pitch of the car share their energy almost evenly: names change places, modes do not."""
+    found = tornado(sedan, NaturalFrequency("bounce"), ["body.rear.mass", "body.front.mass", "tyre.front"])
+    bars = {bar.label: bar for bar in found.bars}
+    for label in ("body.rear.mass", "body.front.mass"):
+        assert bars[label].at_more == pytest.approx(bars[label].predicted_at_more, rel=0.3)
+        assert bars[label].at_less == pytest.approx(bars[label].predicted_at_less, rel=0.3)
+    stiff = linearise(sedan.scaled("tyre.front", factor=1.25))
+    named = {mode.name: mode.frequency_hz for mode in damped_modes(stiff)}
+    followed = found.nominal + bars["tyre.front"].at_more
+    assert min(abs(frequency - followed) for frequency in named.values()) < 1e-9
+    assert abs(named["bounce"] - followed) > 0.01
+
+
 def test_refusals(quarter_car: Model) -> None:
     with pytest.raises(ParameterError, match="sensitivity: sprung.mas: received an unknown name"):
         sensitivity(quarter_car, ["sprung.mas"])
