@@ -10,7 +10,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from chassym.derivation.schema import Domain
+    from chassym.linear.slope_rule import SlopeRule
+
+FREQUENCY_BAND_HZ = 1e-4, 1e6
+"""Frequencies of a linear response: beyond them rounding takes over."""
+
+MOST_POINTS = 10_000
+"""Most frequencies that are asked for at once."""
 
 
 class ArgumentError(ValueError):
@@ -105,17 +114,54 @@ def frequency_hz(name: str, text: str) -> float:
     return number
 
 
-def new_file(name: str, path: str, suffix: str) -> Path:
+def frequencies_hz(lowest: tuple[str, str], highest: tuple[str, str], points: tuple[str, str]) -> np.ndarray:
+    """Frequencies at equal ratios, from names and texts of their ends and number; refused as by `positive`.
+
+    Raises
+    ------
+    ArgumentError
+        If there are fewer than two or too many, they do not increase, or they lie outside
+        `FREQUENCY_BAND_HZ`.
+    """
+    count = whole(*points)
+    if not 2 <= count <= MOST_POINTS:
+        raise ArgumentError(points[0], repr(points[1]), f"a whole number from 2 to {MOST_POINTS}")
+    low, high = _in_band(*lowest), _in_band(*highest)
+    if not high > low:
+        raise ArgumentError(highest[0], repr(highest[1]), f"a frequency above {low:g} Hz")
+    import numpy as np
+
+    return np.geomspace(low, high, count)
+
+
+def slope_rule(name: str, text: str) -> SlopeRule:
+    """A rule for the slopes of tables.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no such rule.
+    """
+    from chassym.linear.slope_rule import EXPECTED, SlopeRuleError, find_slope_rule
+
+    try:
+        return find_slope_rule(text)
+    except SlopeRuleError:
+        expected = f"{EXPECTED}; a number in SI, not zero, and above zero except for secant"
+        raise ArgumentError(name, repr(text), expected) from None
+
+
+def new_file(name: str, path: str, *suffixes: str) -> Path:
     """A file to write, in a folder that exists.
 
     Raises
     ------
     ArgumentError
-        If its name does not end in the suffix, or it cannot be written.
+        If its name does not end in one of the suffixes, or it cannot be written.
     """
     file = Path(path)
-    if file.suffix != suffix:
-        raise ArgumentError(name, repr(path), f"a name that ends in {suffix}")
+    if file.suffix not in suffixes:
+        raise ArgumentError(name, repr(path), f"a name that ends in {' or '.join(suffixes)}")
     if os.path.isdir(file) or not _is_writable_folder(file.parent):
         raise ArgumentError(name, repr(path), "a file in an existing folder that can be written to")
     return file
@@ -138,11 +184,18 @@ def new_folder(name: str, path: str) -> Path:
     return folder
 
 
+def _in_band(name: str, text: str) -> float:
+    number, (lowest, highest) = frequency_hz(name, text), FREQUENCY_BAND_HZ
+    if not lowest <= number <= highest:
+        raise ArgumentError(name, repr(text), f"a frequency from {lowest:g} to {highest:g} Hz")
+    return number
+
+
 def _number(name: str, text: str, unit: str, domain: Domain) -> float:
     from chassym.derivation.quantity import parse_quantity
     from chassym.derivation.schema import ParameterDefinition
 
-    value = parse_quantity(ParameterDefinition(name, unit, domain), text, "test")
+    value = parse_quantity(ParameterDefinition(name, unit, domain), text, "command line")
     assert isinstance(value, float)
     return value
 

@@ -43,6 +43,14 @@ Changes = Annotated[
 Sections = Annotated[
     str | None, typer.Option(metavar="N", help="Body sections of a full car, 3 or more; 3 by default.")
 ]
+Slopes = Annotated[
+    str,
+    typer.Option(
+        metavar="RULE",
+        help="Slope of damper tables: left, right, mean, secant(V), describing_function(A), statistical(S); "
+        "rates in SI.",
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
@@ -146,32 +154,69 @@ def _write_article(file: Path, model: Model) -> None:
 @app.command()
 def modes(
     vehicle: Vehicle = "sedan",
+    slopes: Slopes = "mean",
     sections: Sections = None,
     changes: Changes = None,
     as_json: AsJson = False,
 ) -> None:
     """Natural modes about the design position: frequency, damping, and what moves."""
     model = _load(vehicle, changes, sections)
-    from chassym.linear import damped_modes, linearise, undamped_modes
+    rule = arguments.slope_rule("--slopes", slopes)
+    from chassym.linear import linearise
+    from chassym.requested_modes import as_data, print_modes
 
-    linear = linearise(model)
-    damped = damped_modes(linear)
+    linear = linearise(model, rule)
     if as_json:
-        answer: dict[str, object] = {
-            "undamped_frequencies_hz": undamped_modes(linear).frequencies_hz.tolist(),
-            "modes": [_fields(mode, ("frequency_hz", "damping_ratio", "name")) for mode in damped],
-            "damper_slope_rule": linear.slope_rule if linear.slopes else None,
-        }
-        _print_json(answer)
-        return
-    from chassym.tables import print_paragraph, print_table
+        _print_json(as_data(linear))
+    else:
+        print_modes(linear)
 
-    rows = [(f"{mode.frequency_hz:.3f}", f"{mode.damping_ratio:.4f}", mode.name) for mode in damped]
-    print_table([">frequency, Hz", ">damping ratio", "mode"], rows)
-    print_paragraph(linear.description)
-    growing = [mode.name for mode in damped if mode.damping_ratio < 0]
-    if growing:
-        print_paragraph(f"WARNING: unstable: {', '.join(growing)} would grow.")
+
+@app.command()
+def bode(
+    vehicle: Vehicle = "sedan",
+    output: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="What is measured: vertical acceleration, where there is one, by default. "
+            "A wrong name lists all.",
+        ),
+    ] = None,
+    input: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="What moves; heave is all pads, or the road, together. A wrong name lists all.",
+        ),
+    ] = "heave",
+    lowest: Annotated[str, typer.Option("--from", metavar="HZ", help="Lowest frequency.")] = "0.1",
+    highest: Annotated[str, typer.Option("--to", metavar="HZ", help="Highest frequency.")] = "30",
+    points: Annotated[str, typer.Option(metavar="N", help="Number of frequencies.")] = "25",
+    plot: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Draw it to a .png, .svg or .pdf file.")
+    ] = None,
+    slopes: Slopes = "mean",
+    sections: Sections = None,
+    changes: Changes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Frequency response of the linear model: amplitude and phase of an output per unit of an input."""
+    picture = None if plot is None else arguments.new_file("--plot", plot, ".png", ".svg", ".pdf")
+    frequencies_hz = arguments.frequencies_hz(("--from", lowest), ("--to", highest), ("--points", points))
+    model = _load(vehicle, changes, sections)
+    rule = arguments.slope_rule("--slopes", slopes)
+    from chassym.linear import linearise
+    from chassym.requested_bode import Channel, as_data, draw, find_signals, print_bode
+
+    signals = find_signals(model, output, input)
+    channel = Channel(linearise(model, rule), *signals)
+    if picture is not None:
+        draw(channel, frequencies_hz, picture)
+    if as_json:
+        _print_json(as_data(channel, frequencies_hz))
+    else:
+        print_bode(channel, frequencies_hz, picture)
 
 
 @app.command()
@@ -216,16 +261,18 @@ def test(
 def export(
     file: Annotated[str, typer.Argument(metavar="FILE.mat", help="MAT-file for MATLAB, Octave or Simulink.")],
     vehicle: Vehicle = "sedan",
+    slopes: Slopes = "mean",
     sections: Sections = None,
     changes: Changes = None,
 ) -> None:
     """Write the state space about the design position, with names and units."""
     path = arguments.new_file("FILE.mat", file, ".mat")
     model = _load(vehicle, changes, sections)
+    rule = arguments.slope_rule("--slopes", slopes)
     from chassym.linear import linearise, write_mat
     from chassym.tables import print_paragraph
 
-    linear = linearise(model)
+    linear = linearise(model, rule)
     write_mat(path, linear)
     print_paragraph(f"{path}: {linear.description}")
 

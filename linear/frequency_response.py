@@ -18,6 +18,9 @@ Array = np.ndarray
 VERTICAL_INPUT = re.compile(r"(.+_)?(pad_z|road)")
 """Names of the inputs that move the road or a pad up and down."""
 
+_CANCELLED = 1e-11
+"""Sum of responses, as a part of the sum of their sizes, that is rounding of zero."""
+
 _DETERMINED = 1e-3
 """Largest relative correction by refinement: three digits of a response have to be determined."""
 
@@ -125,6 +128,8 @@ def frequency_response(linear: LinearModel, frequencies_hz: ArrayLike) -> Freque
 def heave_response(linear: LinearModel, frequencies_hz: ArrayLike) -> FrequencyResponse:
     """Response of every output to all pads, or the road, up and down in phase: its one input is ``heave``.
 
+    Where symmetry makes the parts cancel, it is zero.
+
     Raises
     ------
     LinearisationError
@@ -137,8 +142,10 @@ def heave_response(linear: LinearModel, frequencies_hz: ArrayLike) -> FrequencyR
             "one named 'road', '..._road' or '..._pad_z' is needed"
         )
     full = frequency_response(linear, frequencies_hz)
-    rows = [full.combined(name, dict.fromkeys(pads, 1.0)) for name in full.outputs]
-    return replace(full, response=np.array(rows)[:, None], inputs=("heave",), input_units=("m",))
+    parts = full.response[:, [full.inputs.index(name) for name in pads]]
+    total = parts.sum(axis=1, keepdims=True)
+    total[np.abs(total) < _CANCELLED * np.abs(parts).sum(axis=1, keepdims=True)] = 0
+    return replace(full, response=total, inputs=("heave",), input_units=("m",))
 
 
 def checked_frequencies(frequencies_hz: ArrayLike) -> Array:

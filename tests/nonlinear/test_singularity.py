@@ -83,9 +83,7 @@ def test_a_steady_state_at_gimbal_lock_is_refused(tait_bryan: Model) -> None:
 
 
 def test_an_operating_point_at_gimbal_lock_is_refused() -> None:
-    with pytest.raises(
-        OperatingPointError, match=r"'gimbal' at the design .*body 'rotor' comes to 0 from"
-    ):
+    with pytest.raises(OperatingPointError, match=r"'gimbal' at the design .*body 'rotor' comes to 0 from"):
         linearise(gimbal("zxz"))
 
 
