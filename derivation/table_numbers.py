@@ -59,5 +59,7 @@ def table_numbers(
                 f"element {name!r}: a place of its table follows the one before it by {spacings.min():g}; "
                 "expected increasing places"
             )
+        for part in (knots, slopes):
+            part.flags.writeable = False
         tables[name] = TableNumbers(knots, slopes)
     return tables

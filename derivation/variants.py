@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from chassym.derivation.equilibrium import solve_preloads
 from chassym.derivation.model import Model
 from chassym.derivation.parameters import Parameters, is_possible_inertia
+from chassym.derivation.quantity import shown
 from chassym.derivation.schema import ParameterError, refusal
 from chassym.derivation.table_numbers import TableNumbers, table_numbers
 
@@ -32,11 +33,14 @@ class Variants:
         The parameters that differ, by the name of every number (`Parameters.flat`), shape (count,).
     count
         How many there are.
+    start
+        Number of the first one, where they are part of others.
     """
 
     model: Model
     changes: Mapping[str, Array]
     count: int
+    start: int = 0
 
     def __len__(self) -> int:
         return self.count
@@ -44,7 +48,8 @@ class Variants:
     def __getitem__(self, part: slice) -> Variants:
         """Some of them."""
         changes = {name: numbers[part] for name, numbers in self.changes.items()}
-        return replace(self, changes=changes, count=len(range(*part.indices(self.count))))
+        chosen = range(*part.indices(self.count))
+        return replace(self, changes=changes, count=len(chosen), start=self.start + chosen.start)
 
     @cached_property
     def numbers(self) -> dict[str, Array | float]:
@@ -114,25 +119,36 @@ def variants(model: Model, changes: Mapping[str, ArrayLike]) -> Variants:
     >>> heavier.count, heavier.one(2).parameters["sprung.mass"].value
     (3, 450.0)
     """
+    if not isinstance(model, Model):
+        raise TypeError(f"{type(model).__name__} received; a Model is needed")
     if not changes:
         raise ParameterError(f"{_ORIGIN}: received none, expected the numbers of at least one parameter")
     flat: dict[str, Array] = {}
     for name, numbers in changes.items():
-        flat |= _flattened(model.parameters, name, np.array(numbers, dtype=float))
+        found = _flattened(model.parameters, name, numbers)
+        for entry in flat.keys() & found.keys():
+            raise refusal(_ORIGIN, entry, "numbers twice", "them once, for the list or for its entry")
+        flat |= found
     counts = {name: len(numbers) for name, numbers in flat.items()}
-    if len(set(counts.values())) != 1:
-        raise ParameterError(f"{_ORIGIN}: received numbers of variants {counts}, expected one and the same")
-    found = Variants(model, flat, next(iter(counts.values())))
-    _check(found)
-    return found
+    if len(set(counts.values())) != 1 or 0 in counts.values():
+        raise ParameterError(
+            f"{_ORIGIN}: received numbers of variants {counts}, expected one and the same, not zero"
+        )
+    every = Variants(model, flat, next(iter(counts.values())))
+    _check(every)
+    return every
 
 
-def _flattened(parameters: Parameters, name: str, numbers: Array) -> dict[str, Array]:
+def _flattened(parameters: Parameters, name: str, given: ArrayLike) -> dict[str, Array]:
     """The arrays of a parameter's numbers, one for every entry of a list."""
     base, is_entry, _ = name.partition("[")
     definition = parameters.schema.by_name.get(base)
     if definition is None or (is_entry and name not in parameters.flat()):
         raise parameters.schema.unknown(name, _ORIGIN)
+    try:
+        numbers = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        raise refusal(_ORIGIN, name, shown(given), "an array of numbers in SI") from None
     if not definition.is_list or is_entry:
         entries, columns = [name], numbers[:, None] if numbers.ndim == 1 else numbers
     else:

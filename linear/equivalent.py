@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from chassym.derivation import Model
-from chassym.linear.frequency_response import checked_frequencies, index_of
+from chassym.linear.frequency_response import checked_frequencies, index_of, motion_per_input
 from chassym.linear.linear_model import LinearisationError, LinearModel
 from chassym.linear.linearisation import linearise
 from chassym.linear.operating_point import OperatingPoint
@@ -28,8 +28,9 @@ def linearise_for_motion(
     """Linearise a model for a harmonic motion of its inputs, by describing functions that suit the motion.
 
     The amplitude at every table determines its slope, and the slopes determine the amplitudes: those are
-    found that agree. Higher harmonics, and the shift of the mean position by unsymmetric tables, are left
-    out; a nonlinear steady state has both.
+    found that agree. A spring table may allow several such motions; the one next to small motions is sought.
+    Higher harmonics, and the shift of the mean position by unsymmetric tables, are left out; a nonlinear
+    steady state has both.
 
     Parameters
     ----------
@@ -62,7 +63,10 @@ def linearise_for_motion(
     start = linearise(source, mean_slope)
     if not start.slopes:
         return start
-    s = 2j * np.pi * checked_frequencies(frequency_hz)[0]
+    frequencies = checked_frequencies(frequency_hz)
+    if len(frequencies) != 1:
+        raise LinearisationError(f"frequency_hz: {len(frequencies)} received; one frequency is needed")
+    s = 2j * np.pi * frequencies[0]
     moved = np.zeros(len(start.inputs), dtype=complex)
     for name, amplitude in amplitudes.items():
         moved[index_of("input", name, start.inputs)] = amplitude
@@ -70,8 +74,7 @@ def linearise_for_motion(
 
     def at_tables(linear: LinearModel) -> Array:
         """Amplitude of the variable of every table."""
-        dynamic = s**2 * linear.mass + s * linear.damping + linear.stiffness
-        motion = np.linalg.solve(dynamic, (linear.input_stiffness + s * linear.input_damping) @ moved)
+        motion = motion_per_input(linear, frequencies)[0] @ moved
         arguments = np.concatenate([motion, s * motion, s**2 * motion, moved, s * moved])
         return np.maximum(np.abs(by_arguments @ arguments), _AT_REST)
 

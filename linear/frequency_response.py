@@ -109,7 +109,7 @@ def frequency_response(linear: LinearModel, frequencies_hz: ArrayLike) -> Freque
     """
     frequencies = checked_frequencies(frequencies_hz)
     s = 2j * np.pi * frequencies[:, None, None]
-    motion = _motion(linear, frequencies)
+    motion = motion_per_input(linear, frequencies)
     outputs = (
         linear.output_by_coordinates + s * linear.output_by_rates + s**2 * linear.output_by_accelerations
     )
@@ -167,8 +167,14 @@ def checked_frequencies(frequencies_hz: ArrayLike) -> Array:
     return frequencies
 
 
-def _motion(linear: LinearModel, frequencies: Array) -> Array:
-    """Coordinates per unit of every input, shape (frequencies, n, inputs)."""
+def motion_per_input(linear: LinearModel, frequencies: Array) -> Array:
+    """Coordinates per unit of every input at frequencies (Hz), complex, shape (frequencies, n, inputs).
+
+    Raises
+    ------
+    LinearisationError
+        If the response is infinite at one of them.
+    """
     s = (2j * np.pi * frequencies)[:, None, None].astype(np.clongdouble)
     stiffness = s**2 * linear.mass + s * linear.damping + linear.stiffness
     try:

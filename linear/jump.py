@@ -8,10 +8,10 @@ import numpy as np
 
 from chassym.linear.operating_point import ROUNDING, OperatingPoint, force_unit, held_force
 
-_BESIDE = 1e-150
+BESIDE = 1e-150
 """Step beside the operating point: its square is still a number, and added to any other it is lost."""
 
-_CONTINUOUS = 1e-60
+CONTINUOUS = 1e-60
 """Change taken for that of a continuous force over so small a step, even of a root of the argument."""
 
 
@@ -53,14 +53,14 @@ def find_jump(point: OperatingPoint) -> Jump | None:
     residual. A jump at a distance from the operating point does not count, however short the distance is.
     """
     model, count = point.model, point.model.argument_count
-    beside = _BESIDE * np.eye(count)
+    beside = BESIDE * np.eye(count)
     steps = np.hstack([np.zeros((count, 1)), beside, -beside])
     residual = model.residual(point.arguments[:, None] + steps)
     at, after, before = np.split(residual, [1, 1 + count], axis=1)
     sizes = np.ptp([np.broadcast_to(at, after.shape), after, before], axis=0)
     coordinate, argument = np.unravel_index(np.nan_to_num(sizes, nan=0.0).argmax(), sizes.shape)
     size = float(sizes[coordinate, argument])
-    if not size > _CONTINUOUS or not size > ROUNDING * held_force(model):
+    if not size > CONTINUOUS or not size > ROUNDING * held_force(model):
         return None
     name = model.equations.arguments[argument].name
     return Jump(name, model.system.coordinates[coordinate].name, size, force_unit(model, int(coordinate)))

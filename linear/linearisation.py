@@ -11,7 +11,7 @@ from chassym.derivation.table_numbers import TableNumbers
 from chassym.linear.jump import find_jump
 from chassym.linear.linear_model import LinearisationError, LinearModel
 from chassym.linear.operating_point import OperatingPoint, design_position
-from chassym.linear.slope_rule import SlopeRules, mean_slope, rule_of, slope_of
+from chassym.linear.slope_rule import SlopeRuleError, SlopeRules, mean_slope, rule_of, slope_of
 
 Array = np.ndarray
 
@@ -56,6 +56,9 @@ def linearise(source: Model | OperatingPoint, slope_rule: SlopeRules = mean_slop
             f"{point.model.system.name!r} cannot be linearised {point.description}: {jump}"
         )
     system = point.model.system
+    if isinstance(slope_rule, Mapping) and (unknown := slope_rule.keys() - system.knotted.keys()):
+        expected = ", ".join(system.knotted) or "none, as nothing has a table"
+        raise SlopeRuleError(f"slope_rule for {min(unknown)!r}: no element with a table; expected {expected}")
     rules = {element: rule_of(slope_rule, element) for element in system.knotted}
     slopes = _slopes(point, rules)
     return LinearModel(

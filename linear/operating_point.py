@@ -273,6 +273,7 @@ def by_name(kind: str, given: Mapping[str, float] | None, names: list[str]) -> A
         if not isinstance(number, int | float | np.number) or not np.isfinite(number):
             raise OperatingPointError(f"{kind} {name!r}: {number!r} received; expected a finite number")
         numbers[names.index(name)] = number
+    numbers.flags.writeable = False
     return numbers
 
 

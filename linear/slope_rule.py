@@ -10,6 +10,7 @@ import difflib
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -100,7 +101,7 @@ class Secant:
     reach: float
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.reach) or self.reach == 0:
+        if not _is_finite(self.reach) or self.reach == 0:
             raise SlopeRuleError(f"secant_slope: reach {self.reach} received; expected a number, not zero")
 
     @property
@@ -140,7 +141,7 @@ class DescribingFunction:
     amplitude: float
 
     def __post_init__(self) -> None:
-        if not 0 < self.amplitude < np.inf:
+        if not _is_finite(self.amplitude) or self.amplitude <= 0:
             raise SlopeRuleError(
                 f"describing_function: amplitude {self.amplitude} received; expected one greater than zero"
             )
@@ -182,7 +183,7 @@ class StatisticalSlope:
     rms: float
 
     def __post_init__(self) -> None:
-        if not 0 < self.rms < np.inf:
+        if not _is_finite(self.rms) or self.rms <= 0:
             raise SlopeRuleError(f"statistical_slope: rms {self.rms} received; one above zero is needed")
 
     @property
@@ -210,9 +211,20 @@ def rule_of(rules: SlopeRules, element: str) -> SlopeRule:
     rule = rules.get(element) if isinstance(rules, Mapping) else rules
     if rule is None:
         raise SlopeRuleError(f"slope_rule: none for element {element!r}; expected one for every table")
-    if not all(hasattr(rule, part) for part in ("name", "share_beyond", "density")):
+    is_rule = all(hasattr(rule, part) for part in ("name", "share_beyond", "density"))
+    if not is_rule or isinstance(rule, type):
         raise SlopeRuleError(f"slope_rule {rule!r} is unknown; expected {EXPECTED}")
     return rule
+
+
+def _is_finite(number: object) -> bool:
+    return isinstance(number, Real) and bool(np.isfinite(float(number)))
+
+
+def distance_to_knots(table: TableNumbers, place: Array | float) -> Array:
+    """How far every knot is from a place, shape (knots, sets); zero where only rounding lies between."""
+    distance = table.knots - place
+    return np.where(np.abs(distance) <= _ROUNDING * np.abs(table.knots), 0.0, distance)
 
 
 def slope_of(table: TableNumbers, rule: SlopeRule, place: Array | float) -> Array:
@@ -223,7 +235,7 @@ def slope_of(table: TableNumbers, rule: SlopeRule, place: Array | float) -> Arra
     SlopeRuleError
         If the rule gives no finite number.
     """
-    shares = rule.share_beyond(table.knots - place)
+    shares = rule.share_beyond(distance_to_knots(table, place))
     slope = table.slopes[0] + (np.diff(table.slopes, axis=0) * shares).sum(axis=0)
     if not np.isfinite(slope).all():
         raise SlopeRuleError(f"slope_rule {rule.name!r} gave {slope.min()}; a finite slope is needed")
@@ -260,6 +272,9 @@ def find_slope_rule(text: str) -> SlopeRule:
     hint = f" (near: {near[0]})" if near else ""
     raise SlopeRuleError(f"slope_rule {text!r} is unknown{hint}; expected {EXPECTED}")
 
+
+_ROUNDING = 1e-12
+"""Distance of a knot, as a part of its own place, that is rounding."""
 
 _AT_KNOTS: Mapping[str, SlopeRule] = {"left": left_slope, "right": right_slope, "mean": mean_slope}
 _OF_MOTIONS: Mapping[str, Callable[[float], SlopeRule]] = {

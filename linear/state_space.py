@@ -10,7 +10,7 @@ import numpy as np
 
 from chassym.linear.frequency_response import index_of
 from chassym.linear.input_conventions import InputConvention, displacements_and_rates
-from chassym.linear.linear_model import LinearModel
+from chassym.linear.linear_model import LinearisationError, LinearModel
 
 if TYPE_CHECKING:
     import control
@@ -42,6 +42,9 @@ def select_signals(
     >>> ride.outputs, ride.output_by_accelerations.tolist()
     (('vertical_acceleration', 'wheel_travel'), [[1.0, 0.0], [0.0, 0.0]])
     """
+    for kind, names in (("inputs", inputs), ("outputs", outputs)):
+        if isinstance(names, str) or (names is not None and len(set(names)) != len(names)):
+            raise LinearisationError(f"{kind}: {names!r} received; expected a sequence of different names")
     columns = [index_of("input", name, linear.inputs) for name in _all(inputs, linear.inputs)]
     rows = [index_of("output", name, linear.outputs) for name in _all(outputs, linear.outputs)]
     return replace(

@@ -50,7 +50,7 @@ def readable_unit(unit: str) -> str:
 
 def with_unit(name: str, unit: str) -> str:
     """A name with its unit in brackets, if it has one."""
-    return f"{name} ({readable_unit(unit)})" if unit else name
+    return name if unit in ("", "1") else f"{name} ({readable_unit(unit)})"
 
 
 def words(name: str) -> str:

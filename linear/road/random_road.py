@@ -175,6 +175,8 @@ def root_mean_squares(
         As for `random_response`, or if there is no such output.
     """
     check_stationarity(linear)
+    if not weights:
+        return {}
     for name in weights.keys() - set(linear.outputs):
         raise LinearisationError(f"output {name!r} is unknown; there are {', '.join(linear.outputs)}")
     road = passage.road
@@ -222,7 +224,8 @@ def dynamic_load_coefficients(linear: LinearModel, response: RandomResponse) -> 
     at_rest = point.model.outputs(point.arguments[:, None])[:, 0]
     loads = zip(point.model.system.outputs, at_rest, strict=True)
     wheels = {y.name: load for y, load in loads if isinstance(y, ContactForce) and load > 0}
-    return {name: float(response.rms[name].value / load) for name, load in wheels.items()}
+    measured = {name: load for name, load in wheels.items() if name in response.rms}
+    return {name: float(response.rms[name].value / load) for name, load in measured.items()}
 
 
 def _spectra(linear: LinearModel, passage: Passage, frequencies: Array) -> tuple[Array, Array]:

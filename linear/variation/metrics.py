@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from chassym.linear.frequency_response import frequency_response, index_of
-from chassym.linear.linear_model import LinearModel
+from chassym.linear.linear_model import LinearisationError, LinearModel
 from chassym.linear.modal.mode_tracking import track_modes
 from chassym.linear.modal.modes import Mode, damped_modes
 from chassym.linear.road.random_road import mean_square_nodes, root_mean_squares
@@ -151,6 +151,8 @@ class ResponseAmplitude:
     def derivative(self, sensitivity: Sensitivity) -> Array:
         """Its derivatives, shape (p,)."""
         value = self._complex(sensitivity.linear)
+        if value == 0:
+            raise LinearisationError(f"{self.name} is zero: its amplitude has no derivative there")
         moved = np.array(list(self.amplitudes.values()))
         changes = sensitivity.response(self.output, list(self.amplitudes), [self.frequency_hz])[:, :, 0]
         return (np.conj(value) * (changes @ moved)).real / abs(value)

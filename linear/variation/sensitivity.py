@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 from scipy.linalg import eig
 
 from chassym.derivation import Model
-from chassym.linear.frequency_response import checked_frequencies, index_of
+from chassym.linear.frequency_response import checked_frequencies, index_of, motion_per_input
 from chassym.linear.input_conventions import displacements_and_rates
 from chassym.linear.linear_model import LinearisationError, LinearModel
 from chassym.linear.linearisation import linearise, split
 from chassym.linear.operating_point import OperatingPoint
-from chassym.linear.slope_rule import SlopeRules, mean_slope, rule_of
+from chassym.linear.slope_rule import SlopeRules, distance_to_knots, mean_slope, rule_of
 
 Array = np.ndarray
 
@@ -25,8 +25,9 @@ Array = np.ndarray
 class Sensitivity:
     """A linear model and the derivatives of its matrices by parameters.
 
-    The preloads follow the parameters so that the design position stays at rest; where preloads were given it
-    is the position at rest that follows. The slopes of tables follow by their rules.
+    Preloads that are found follow the parameters so that the design position stays at rest; what they do not
+    balance at the operating point moves it. The slopes of tables follow by their rules. Where a knot is at an
+    end of a rule's motion, as one at rest is for a secant, the derivative by its place is that of one side.
 
     Attributes
     ----------
@@ -77,12 +78,18 @@ class Sensitivity:
             Some of those of the linear model, as `damped_modes` gives them; NaN stands for zero and for
             multiple ones, which have no derivatives of their own.
         """
+        wanted = np.asarray(eigenvalues, dtype=complex)
         values, left, right = eig(displacements_and_rates(self.linear).A, left=True, right=True)
         scale = np.abs(values).max()
-        found = np.full((len(eigenvalues), len(self.parameters)), np.nan + 0j)
-        for row, eigenvalue in zip(found, eigenvalues, strict=True):
+        found = np.full((len(wanted), len(self.parameters)), np.nan + 0j)
+        for row, eigenvalue in zip(found, wanted, strict=True):
             distance = np.abs(values - eigenvalue)
             index, second = np.argsort(distance)[:2]
+            if distance[index] > _ITS_OWN * scale:
+                raise LinearisationError(
+                    f"eigenvalue {eigenvalue:.6g} 1/s is none of {self.linear.name!r}; the nearest is "
+                    f"{values[index]:.6g} 1/s"
+                )
             product = left[:, index].conj() @ right[:, index]
             if abs(eigenvalue) <= _ZERO * scale or distance[second] <= _ZERO * scale:
                 continue
@@ -129,12 +136,12 @@ class Sensitivity:
         linear = self.linear
         row = index_of("output", output, linear.outputs)
         columns = [index_of("input", name, linear.inputs) for name in inputs]
-        s = 2j * np.pi * checked_frequencies(frequencies_hz)[:, None, None]
+        frequencies = checked_frequencies(frequencies_hz)
+        motion = motion_per_input(linear, frequencies)[:, :, columns]
+        s = 2j * np.pi * frequencies[:, None, None]
         dynamic = s**2 * linear.mass + s * linear.damping + linear.stiffness
-        driven = linear.input_stiffness[:, columns] + s * linear.input_damping[:, columns]
         seen = linear.output_by_coordinates[[row]] + s * linear.output_by_rates[[row]]
         seen = seen + s**2 * linear.output_by_accelerations[[row]]
-        motion = np.linalg.solve(dynamic, driven)
         adjoint = np.linalg.solve(dynamic.swapaxes(1, 2), seen.swapaxes(1, 2)).swapaxes(1, 2)
         found = np.empty((len(self.parameters), len(columns), len(s)), dtype=complex)
         for index in range(len(self.parameters)):
@@ -148,6 +155,9 @@ class Sensitivity:
             found[index] = (adjoint @ forces + change @ motion + through)[:, 0].T
         return found
 
+
+_ITS_OWN = 1e-6
+"""Part of the largest eigenvalue within which a given one is taken for one of the model's."""
 
 _ZERO = 1e-9
 """Part of the largest eigenvalue below which one is zero, or two are equal."""
@@ -201,6 +211,8 @@ def _numbers(model: Model, parameters: Sequence[str] | None) -> list[str]:
     flat = model.parameters.flat()
     if parameters is None:
         return list(flat)
+    if isinstance(parameters, str):
+        raise TypeError(f"parameters: a sequence of names is needed; the string {parameters!r} received")
     found: list[str] = []
     for name in parameters:
         entries = [each for each in flat if each == name or each.startswith(f"{name}[")]
@@ -235,29 +247,33 @@ class _Changes:
         for column, name in enumerate(parameters):
             if name in self._rows:  # a parameter that no equation mentions changes nothing
                 total[self._rows[name], column] = 1.0
-        statics = self._statics(self.values)
-        forces = (statics @ total)[:n]
-        if model.given_preloads is None:
-            names = [symbol.name for symbol in model.system.preloads]
-            total[[self._rows[name] for name in names]] = self._preloads(names, forces, total, statics)
-        else:
-            moved = [self._rows[coordinate.name] for coordinate in model.system.coordinates]
+        preloads = [symbol.name for symbol in model.system.preloads]
+        if preloads and model.given_preloads is None:
+            total[[self._rows[name] for name in preloads]] = self._preloads(preloads, total)
+        statics = self._statics(self.values, self.point.arguments)
+        left = (statics @ total)[:n]
+        rounding = _ROUNDING * (np.abs(statics[:n]) @ np.abs(total))
+        unbalanced = (np.abs(left) > rounding).any(axis=0)
+        if unbalanced.any():
             if self.point.condition > _SINGULAR:
                 raise LinearisationError(
                     f"the position of {model.system.name!r} at rest is not determined by its forces: its "
                     "stiffness is singular, and how it follows parameters is unknown"
                 )
-            total[moved] = -np.linalg.solve(self.point.stiffness, forces)
+            moved = [self._rows[coordinate.name] for coordinate in model.system.coordinates]
+            total[np.ix_(moved, unbalanced)] = -np.linalg.solve(self.point.stiffness, left[:, unbalanced])
         total[[self._rows[s.name] for s in model.system.slopes.values()]] = self._slopes(statics @ total)
         return total
 
-    def _preloads(self, names: Sequence[str], forces: Array, total: Array, statics: Array) -> Array:
-        """Changes of preloads A^+ (-r0), r = r0 + A preload, with the second-order terms of A^+.
+    def _preloads(self, names: Sequence[str], total: Array) -> Array:
+        """Changes of preloads A^+ (-r0), r = r0 + A preload at the design position, with those of A^+.
 
         Golub and Pereyra, SIAM Journal on Numerical Analysis 10 (1973), 413-432, equation 4.12, for b in the
         range of A.
         """
-        n = self.point.model.size
+        n, design = self.point.model.size, np.zeros_like(self.point.arguments)
+        statics = self._statics(self.values, design)
+        forces = (statics @ total)[:n]
         by_preload = statics[:n, [self._rows[name] for name in names]]
         inverse = np.linalg.pinv(by_preload, rcond=1e-12)
         along = -inverse @ forces
@@ -265,8 +281,8 @@ class _Changes:
         if np.abs(nothing).max(initial=0.0) < 1e-9:
             return along
         without = self.values | dict.fromkeys(names, 0.0)
-        start = (self._statics(without) @ total)[:n]
-        columns = [(self._statics(without | {name: -1.0}) @ total)[:n] - start for name in names]
+        start = (self._statics(without, design) @ total)[:n]
+        columns = [(self._statics(without | {name: -1.0}, design) @ total)[:n] - start for name in names]
         held = inverse.T @ np.array([self.values[name] for name in names])
         across = -np.einsum("jip,i->jp", np.array(columns), held)
         return np.asarray(along + nothing @ across)
@@ -283,16 +299,17 @@ class _Changes:
             by_knot, by_slope, _, numbers = np.split(
                 numbers, [knots, 2 * knots + 1, 2 * knots + len(model.system.knotted[element].table.places)]
             )
-            rule, distance = rule_of(self.rules, element), table.knots[:, 0] - places[element]
+            rule = rule_of(self.rules, element)
+            distance = distance_to_knots(table, places[element])[:, 0]
             steps, away = np.diff(table.slopes[:, 0]), by_knot - moved[index]
             found[index] = by_slope[0] + rule.share_beyond(distance) @ np.diff(by_slope, axis=0)
             found[index] -= (steps * rule.density(distance)) @ away
         return found
 
-    def _statics(self, values: Mapping[str, float]) -> Array:
-        """Derivatives of residual, table variables and table numbers by everything."""
-        arguments = np.repeat(self.point.arguments[:, None], len(self.names), axis=1)
-        samples = np.vstack([arguments, np.eye(len(self.names))])
+    def _statics(self, values: Mapping[str, float], arguments: Array) -> Array:
+        """Derivatives of residual, table variables and table numbers by everything, at some arguments."""
+        repeated = np.repeat(arguments[:, None], len(self.names), axis=1)
+        samples = np.vstack([repeated, np.eye(len(self.names))])
         return self.compiled.statics_change.bind(values)(samples)
 
     def jacobian(self) -> Array:
@@ -308,6 +325,9 @@ class _Changes:
             found.append(function(samples))
         return np.array(found)
 
+
+_ROUNDING = 1e-12
+"""Part of the terms of a force below which it is none."""
 
 _SINGULAR = 1e14
 """Condition number of a stiffness from which on it is singular."""

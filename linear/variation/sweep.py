@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from chassym.derivation import Model, variants
 from chassym.linear.frequency_response import checked_frequencies, index_of
-from chassym.linear.linear_model import LinearModel
+from chassym.linear.linear_model import LinearisationError, LinearModel
 from chassym.linear.linearisation import linearise
 from chassym.linear.slope_rule import SlopeRules, mean_slope
 from chassym.linear.variation.variants import LinearVariants, linearise_like
@@ -119,12 +119,15 @@ class Response:
     amplitudes
         Complex amplitude of every input that moves, by its name.
     frequencies_hz
-        Frequencies (Hz), shape (frequencies,).
+        Frequencies (Hz), shape (frequencies,), at least one.
+    name
+        What the result is called: several responses in one sweep need a name each, and the same frequencies.
     """
 
     output: str
     amplitudes: Mapping[str, complex]
     frequencies_hz: ArrayLike
+    name: str = "response"
 
     def of(self, linear: LinearVariants) -> Columns:
         """``response``, complex, over ``frequency_hz``, and how far it is from direct solutions, relatively.
@@ -135,7 +138,10 @@ class Response:
             If there is no such output or input, or a frequency is negative or not finite.
         """
         channel = _Channel.of(linear, self.output, self.amplitudes)
-        s = 2j * np.pi * checked_frequencies(self.frequencies_hz)
+        frequencies = checked_frequencies(self.frequencies_hz)
+        if not len(frequencies):
+            raise LinearisationError("frequencies_hz: none received; at least one is needed")
+        s = 2j * np.pi * frequencies
         response = channel.by_modes(s)
         probes = np.unique(np.linspace(0, len(s) - 1, _CHECKED).astype(int))
         direct = channel.directly(s[probes])
@@ -147,8 +153,8 @@ class Response:
             error[wrong] = 0.0
         unit = linear.named.output_units[index_of("output", self.output, linear.named.outputs)]
         return {
-            "response": (("variant", "frequency_hz"), response, {"units": unit, "output": self.output}),
-            "response_error": (("variant",), error, {"units": "1"}),
+            self.name: (("variant", "frequency_hz"), response, {"units": unit, "output": self.output}),
+            f"{self.name}_error": (("variant",), error, {"units": "1"}),
         }
 
     def labels(self, named: LinearModel) -> Columns:
@@ -217,8 +223,9 @@ class _Channel:
         weights = np.linalg.solve(self.vectors, pushed)
         shapes = np.stack(self.seen, axis=1) @ self.vectors[:, :n]
         residues = shapes[:, :, None] * weights.swapaxes(1, 2)[:, None]
-        poles = 1 / (s - self.eigenvalues[:, :, None])
-        sums = residues.reshape(len(shapes), 6, 2 * n) @ poles
+        with np.errstate(divide="ignore", invalid="ignore"):  # such variants are solved directly
+            poles = 1 / (s - self.eigenvalues[:, :, None])
+            sums = residues.reshape(len(shapes), 6, 2 * n) @ poles
         return self._outputs(s, (sums[:, ::2] + s * sums[:, 1::2]).swapaxes(0, 1))
 
     def directly(self, s: Array) -> Array:
@@ -227,7 +234,13 @@ class _Channel:
         for column, value in enumerate(s):
             dynamic = self.dynamics[0] + value * self.dynamics[1] + value**2 * self.dynamics[2]
             force = self.forces[0] + value * self.forces[1]
-            motion = np.linalg.solve(dynamic, force[:, :, None])[:, :, 0]
+            try:
+                motion = np.linalg.solve(dynamic, force[:, :, None])[:, :, 0]
+            except np.linalg.LinAlgError:
+                raise LinearisationError(
+                    f"frequencies_hz holds {abs(value) / (2 * np.pi):g}, where the response of a variant is "
+                    "infinite; leave this frequency out or add damping or a spring"
+                ) from None
             seen[:, :, column] = [(each * motion).sum(axis=1) for each in self.seen]
         return self._outputs(s, seen)
 
@@ -303,4 +316,19 @@ def sweep(
 
 
 def _merged(columns: Iterable[Columns]) -> dict[str, tuple[tuple[str, ...], Array, Mapping[str, str]]]:
-    return {name: column for each in columns for name, column in each.items()}
+    """All columns together; equal ones, as the names of coordinates, may come twice.
+
+    Raises
+    ------
+    LinearisationError
+        If two different ones have the same name.
+    """
+    found: dict[str, tuple[tuple[str, ...], Array, Mapping[str, str]]] = {}
+    for name, column in (item for each in columns for item in each.items()):
+        if name in found and not np.array_equal(found[name][1], column[1]):
+            raise LinearisationError(
+                f"quantities: two of them give a different {name!r}; give responses names of their own and "
+                "the same frequencies"
+            )
+        found[name] = column
+    return found

@@ -102,6 +102,10 @@ def tornado(
     >>> [bar.label for bar in found.bars]
     ['sprung', 'spring', 'tyre']
     """
+    if isinstance(parameters, str) or (
+        isinstance(parameters, Mapping) and any(isinstance(names, str) for names in parameters.values())
+    ):
+        raise TypeError(f"parameters: {parameters!r} received; sequences of names are needed")
     groups = parameters if isinstance(parameters, Mapping) else {name: [name] for name in parameters}
     exact = sensitivity(model, None, slope_rule)
     by_logarithm = dict(zip(exact.parameters, metric.derivative(exact) * exact.values * change, strict=True))

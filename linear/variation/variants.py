@@ -8,9 +8,15 @@ from functools import cached_property
 import numpy as np
 
 from chassym.derivation import Variants
+from chassym.linear.jump import BESIDE, CONTINUOUS
 from chassym.linear.linear_model import LinearisationError, LinearModel
 from chassym.linear.linearisation import linearise, slopes_of, split
-from chassym.linear.operating_point import RESIDUAL_TOLERANCE, OperatingPointError, design_position
+from chassym.linear.operating_point import (
+    RESIDUAL_TOLERANCE,
+    ROUNDING,
+    OperatingPointError,
+    design_position,
+)
 from chassym.linear.slope_rule import SlopeRules, mean_slope
 
 Array = np.ndarray
@@ -68,14 +74,13 @@ class LinearVariants:
         n = mass.shape[-1]
         full = np.zeros((len(self), 2 * n, 2 * n))
         full[:, :n, n:] = np.eye(n)
-        try:
-            full[:, n:] = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=2))
-        except np.linalg.LinAlgError:
-            singular = int(np.linalg.cond(mass).argmax())
+        singular = np.flatnonzero(_is_singular(mass))
+        if len(singular):
             raise LinearisationError(
-                f"mass matrix of variant {singular} of {self.named.name!r} is singular; give what moves "
-                "there a mass or an inertia"
-            ) from None
+                f"mass matrix of variant {self.variants.start + singular[0]} of {self.named.name!r} is "
+                "singular; give what moves there a mass or an inertia"
+            )
+        full[:, n:] = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=2))
         return full
 
     @cached_property
@@ -119,28 +124,54 @@ def linearise_like(named: LinearModel, variants: Variants, slope_rule: SlopeRule
     symbols = model.system.slopes
     values = variants.values | {symbols[name].name: slope for name, slope in slopes.items()}
     at_rest = np.zeros((model.argument_count, len(variants)))
-    if model.given_preloads is not None or not model.system.preloads:
-        _check_balance(variants, at_rest)
+    _check_continuity(variants, at_rest, slope_rule)
     function = model.compiled.linearisation
     entries = function.of_variants(values, at_rest)
     if not np.isfinite(entries).all():
         wrong = int(np.flatnonzero(~np.isfinite(entries).all(axis=0))[0])
         raise LinearisationError(
-            f"a derivative of variant {wrong} of {named.name!r} is not finite; check its parameters"
+            f"a derivative of variant {variants.start + wrong} of {named.name!r} is not finite; check its "
+            "parameters"
         )
     jacobian = np.zeros((model.size + len(named.outputs), model.argument_count, len(variants)))
     jacobian[function.rows, function.columns] = entries  # variants stay side by side in memory
+    jacobian.flags.writeable = False
+    if model.given_preloads is not None or not model.system.preloads:
+        stiffness = np.abs(jacobian[: model.size, : model.size]).max(axis=(0, 1))
+        _check_balance(variants, at_rest, stiffness)
     return LinearVariants(variants, named, np.moveaxis(jacobian, -1, 0), slopes)
 
 
-def _check_balance(variants: Variants, at_rest: Array) -> None:
+def _is_singular(mass: Array) -> Array:
+    """The rule of `LinearModel.mass_factor` for many mass matrices."""
+    diagonal = np.diagonal(mass, axis1=1, axis2=2)
+    massless = np.any(diagonal <= 0, axis=1)
+    scale = 1 / np.sqrt(np.where(massless[:, None], 1.0, diagonal))
+    smallest = np.linalg.eigvalsh(mass * scale[:, :, None] * scale[:, None, :])[:, 0]
+    return np.asarray(massless | (smallest <= 10 * mass.shape[-1] * np.finfo(float).eps))
+
+
+def _check_continuity(variants: Variants, at_rest: Array, slope_rule: SlopeRules) -> None:
+    """Look for jumps in one direction of all arguments together; a variant that has one is refused alone."""
+    directions = np.sqrt(np.arange(2, 2 + len(at_rest)))[:, None] * BESIDE
+    residual = variants.model.compiled.residual
+    beside = [residual.of_variants(variants.values, at_rest + step) for step in (directions, -directions)]
+    for suspect in np.flatnonzero((np.abs(beside[0] - beside[1]) > CONTINUOUS).any(axis=0)):
+        try:
+            linearise(variants.one(int(suspect)), slope_rule)
+        except LinearisationError as error:
+            raise LinearisationError(f"variant {variants.start + suspect}: {error}") from None
+
+
+def _check_balance(variants: Variants, at_rest: Array, stiffness: Array) -> None:
     """Preloads that are found hold every variant; others may not."""
     residual = np.abs(variants.model.compiled.residual.of_variants(variants.values, at_rest)).max(axis=0)
     unloaded = variants.values | {symbol.name: 0.0 for symbol in variants.model.system.preloads}
     held = np.abs(variants.model.compiled.residual.of_variants(unloaded, at_rest)).max(axis=0)
-    moved = np.flatnonzero(residual > RESIDUAL_TOLERANCE * held)
+    held = held if variants.model.system.preloads else np.zeros_like(held)
+    moved = np.flatnonzero(residual > np.maximum(RESIDUAL_TOLERANCE * held, ROUNDING * stiffness))
     if len(moved):
         raise OperatingPointError(
-            f"the design position of variant {moved[0]} of {variants.model.system.name!r} is not an "
-            f"equilibrium: {residual[moved[0]]:.3g} is left; use find_equilibrium on it alone"
+            f"the design position of variant {variants.start + moved[0]} of {variants.model.system.name!r} "
+            f"is not an equilibrium: {residual[moved[0]]:.3g} is left; use find_equilibrium on it alone"
         )

@@ -1,10 +1,12 @@
 """Exact derivatives by parameters against closed forms and Richardson-extrapolated differences."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import sympy
+from sympy.physics.mechanics import dynamicsymbols
 
 from chassym.derivation import (
     Linear,
@@ -12,11 +14,15 @@ from chassym.derivation import (
     Mechanism,
     Model,
     ParameterError,
+    Polynomial,
+    TravelPort,
     build_model,
+    from_lagrangian,
     load_model,
+    prismatic,
     revolute,
 )
-from chassym.linear import LinearModel, damped_modes, frequency_response, linearise
+from chassym.linear import LinearModel, OperatingPoint, damped_modes, frequency_response, linearise, position
 from chassym.linear.input_conventions import displacements_and_rates
 from chassym.linear.linear_model import LinearisationError
 from chassym.linear.road.road_contacts import Passage, road_contacts
@@ -254,15 +260,70 @@ def test_a_mode_that_takes_another_name_is_followed(sedan: Model) -> None:
     assert abs(named["bounce"] - followed) > 0.01
 
 
+def slider(*, preloaded: bool) -> Model:
+    """Give a mass on a spring that stiffens: k s + k3 s^3."""
+    mass, k, k3, g = sympy.symbols("mass k k3 g", positive=True)
+    mechanism = Mechanism("slider", gravity=g)
+    body = mechanism.add_body("body", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=mass)
+    foot = TravelPort(mechanism.point("foot", body, (0, 0, 0)), mechanism.ground, "z")
+    mechanism.add_force_element("spring", foot, Polynomial((k, 0, k3)), preloaded=preloaded)
+    return build_model(mechanism, {mass: 50.0, k: 2e4, k3: 5e7, g: 9.81})
+
+
+@pytest.mark.parametrize(("preloaded", "load"), [(False, 0.0), (True, -200.0)])
+def test_what_preloads_do_not_balance_moves_the_operating_point(preloaded: bool, load: float) -> None:
+    """Without preloads a heavier mass sinks; with them the design position stays, and a loaded one moves."""
+    model = slider(preloaded=preloaded)
+    names = ["mass", "k", "k3", "g"]
+
+    def settled(changed_model: Model) -> OperatingPoint:
+        given = {} if not preloaded else changed_model.preloads
+        found = find_equilibrium(replace(changed_model, given_preloads=given), loads={"z": load})
+        return position(changed_model, {"z": float(found.coordinates[0])}, loads={"z": load})
+
+    found = sensitivity(settled(model), names)
+    assert abs(found.linear.operating_point.coordinates[0]) > 1e-3
+    for index, name in enumerate(names):
+        expected = extrapolated(lambda f, n=name: linearise(settled(changed(model, n, f))).stiffness, 0.004)
+        own = found.matrices["stiffness"][index] * found.values[index]
+        assert own == pytest.approx(expected, rel=1e-7, abs=1e-7 * found.linear.stiffness[0, 0])
+
+
+def test_a_lagrangian_s_equilibrium_follows_its_parameters() -> None:
+    """A soft spring that a weight holds at rest: w^2 = (k - 2 k2 z) / m where the weight moves z."""
+    m, k, k2, g, held = sympy.symbols("m k k2 g held", positive=True)
+    q = dynamicsymbols("q")
+    lagrangian = m * q.diff() ** 2 / 2 - k * q**2 / 2 - k2 * q**3 / 3 - (m * g - held) * q
+    values = {m: 10.0, k: 1e4, k2: 1e5, g: 9.81, held: 98.1}
+    model = build_model(from_lagrangian(lagrangian, [q], name="soft spring"), values)
+    found = sensitivity(model, ["m", "held"]).matrices["stiffness"]
+    # K = k + 2 k2 q and k q + k2 q^2 + m g - held = 0, so that dK/dm = -2 k2 g / k at q = 0
+    assert found[:, 0, 0] == pytest.approx([-2 * 1e5 * 9.81 / 1e4, 2 * 1e5 / 1e4], rel=1e-9)
+
+
+def test_a_position_that_nothing_determines_cannot_follow() -> None:
+    mass, g = sympy.symbols("mass g", positive=True)
+    mechanism = Mechanism("lift", gravity=g)
+    mechanism.add_body("cabin", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=mass)
+    model = build_model(mechanism, {mass: 10.0, g: 9.81})
+    with pytest.raises(LinearisationError, match="not determined by its forces"):
+        sensitivity(position(model, loads={"z": 98.1}), ["mass"])
+
+
 def test_refusals(quarter_car: Model) -> None:
+    with pytest.raises(LinearisationError, match=r"eigenvalue 12345\+0j 1/s is none of 'quarter_car'"):
+        sensitivity(quarter_car, ["sprung.mass"]).eigenvalues([12345.0])
+    with pytest.raises(TypeError, match="the string 'sprung.mass' received"):
+        sensitivity(quarter_car, "sprung.mass")
+    with pytest.raises(TypeError, match="sequences of names are needed"):
+        tornado(quarter_car, NaturalFrequency("bounce"), "sprung")
+    with pytest.raises(LinearisationError, match="is zero: its amplitude has no derivative"):
+        still = ResponseAmplitude("vertical_acceleration", {"road": 0.0}, 1.0)
+        still.derivative(sensitivity(quarter_car, ["sprung.mass"]))
     with pytest.raises(ParameterError, match="sensitivity: sprung.mas: received an unknown name"):
         sensitivity(quarter_car, ["sprung.mas"])
     with pytest.raises(LinearisationError, match="mode 'bounces' is unknown; the nearest is 'bounce'"):
         NaturalFrequency("bounces").of(linearise(quarter_car))
-    chain = load_model("torsion_chain")
-    floating = Model(chain.parameters, chain.compiled, {})
-    with pytest.raises(LinearisationError, match="not determined by its forces"):
-        sensitivity(floating)
 
 
 def test_multiple_and_zero_eigenvalues_have_no_derivatives_of_their_own() -> None:

@@ -1,12 +1,28 @@
 """Thousands of variants in one call against one model at a time."""
 
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy
 import xarray
 
-from chassym.derivation import EquilibriumError, Model, ParameterError, load_model, variants
+from chassym.derivation import (
+    Characteristic,
+    EquilibriumError,
+    ForceLaw,
+    JointPort,
+    Mechanism,
+    Model,
+    ParameterError,
+    PointAcceleration,
+    SpringTable,
+    build_model,
+    load_model,
+    prismatic,
+    variants,
+)
 from chassym.linear import damped_modes, frequency_response, linearise
 from chassym.linear.linear_model import LinearisationError
 from chassym.linear.operating_point import OperatingPointError
@@ -164,6 +180,9 @@ def test_refusals_name_the_variant_or_the_parameter(quarter_car: Model, sedan: M
         ({"sprung.mass": [300.0], "tyre.stiffness": [1e5, 2e5]}, "received numbers of variants"),
         ({"damper.force": [1.0, 2.0]}, r"an array of shape \(2,\), expected one of shape \(count, 5\)"),
         ({"damper.velocity": [[-1.0, 0.0, -0.1, 0.1, 1.0]]}, "variant 0: .*strictly increasing"),
+        ({"sprung.mass": []}, "expected one and the same, not zero"),
+        ({"sprung.mass": ["1 kg"]}, "expected an array of numbers in SI"),
+        ({"damper.force": [[-1.0, 0, 0, 0, 1]], "damper.force[0]": [-2.0]}, "numbers twice"),
         ({}, "expected the numbers of at least one parameter"),
     ):
         with pytest.raises(ParameterError, match=words):
@@ -189,9 +208,79 @@ def test_variants_that_nothing_holds_are_refused(quarter_car: Model) -> None:
 
 def test_a_massless_variant_is_named(quarter_car: Model) -> None:
     linear = linearise_variants(variants(quarter_car, {"sprung.mass": [300.0, 350.0]}))
-    linear.jacobian[1, 0, 4] = 0.0
+    massless = linear.jacobian.copy()
+    massless[1, 0, 4] = 0.0
+    linear = replace(linear, jacobian=massless)
     with pytest.raises(LinearisationError, match="mass matrix of variant 1 of 'quarter_car' is singular"):
         _ = linear.state_matrix
+
+
+def block(law: Characteristic, values: dict, *, gravity: float = 0) -> Model:
+    mechanism = Mechanism("block", gravity=gravity)
+    joint = prismatic("slide", "x")
+    body = mechanism.add_body("mass", mechanism.ground, joint, (0, 0, 0), mass=2)
+    place = mechanism.point("place", body, (0, 0, 0))
+    mechanism.add_output(PointAcceleration("acceleration", place, "x", mechanism.ground))
+    port = JointPort(joint.steps[0].coordinate).less(mechanism.add_input("base", "m"))
+    mechanism.add_force_element("contact", port, law)
+    return build_model(mechanism, values)
+
+
+def test_a_jump_in_any_variant_is_refused() -> None:
+    """Coulomb's friction that the first variant does not have."""
+    s, v = sympy.symbols("s v", real=True)
+    k, mu = sympy.symbols("k mu", nonnegative=True)
+    model = block(ForceLaw(k * s + mu * sympy.sign(v), s, v), {k: 50.0, mu: 0.0})
+    sweep(model, {"mu": [0.0, 0.0]}, [Matrices()])
+    with pytest.raises(LinearisationError, match="variant 1: .*jumps by 12 N"):
+        sweep(model, {"mu": [0.0, 6.0]}, [Matrices()])
+
+
+def test_rounding_is_no_unbalance() -> None:
+    """A table without a point at rest sums to zero up to rounding, alone and among variants."""
+    k = sympy.Symbol("k", positive=True)
+    places = (-0.1, -0.03, 0.02, 0.07)
+    model = block(SpringTable(places, [place * k for place in places]), {k: 1e3})
+    assert linearise(model).stiffness[0, 0] == pytest.approx(1e3)
+    found = sweep(model, {"k": [1e3, 1.1e3]}, [Matrices()])
+    assert found.stiffness.values.ravel() == pytest.approx([1e3, 1.1e3])
+
+
+def test_several_responses_have_names_of_their_own(quarter_car: Model) -> None:
+    masses = {"sprung.mass": [300.0, 400.0]}
+    first = Response("body_displacement", {"road": 1.0}, [1.0, 2.0], name="body")
+    second = Response("wheel_travel", {"road": 1.0}, [1.0, 2.0], name="travel")
+    both = sweep(quarter_car, masses, [first, second])
+    for quantity, name in ((first, "body"), (second, "travel")):
+        np.testing.assert_array_equal(both[name], sweep(quarter_car, masses, [quantity])[name])
+    with pytest.raises(LinearisationError, match="two of them give a different 'response'"):
+        sweep(quarter_car, masses, [replace(first, name="response"), replace(second, name="response")])
+
+
+def test_an_infinite_response_is_refused() -> None:
+    s, v = sympy.symbols("s v", real=True)
+    k = sympy.Symbol("k", nonnegative=True)
+    model = block(ForceLaw(k * s, s, v), {k: 0.0})
+    with pytest.raises(LinearisationError, match="holds 0, where the response .* is infinite"):
+        sweep(model, {"k": [0.0]}, [Response("acceleration", {"base": 1.0}, [0.0])])
+
+
+def test_a_variant_of_many_is_named_by_its_own_number(quarter_car: Model) -> None:
+    given = Model(quarter_car.parameters, quarter_car.compiled, quarter_car.preloads)
+    masses = np.full(1500, given.values["sprung.mass"])
+    masses[1200] += 5.0
+    with pytest.raises(OperatingPointError, match="variant 1200 of 'quarter_car'"):
+        sweep(given, {"sprung.mass": masses}, [Matrices()])
+
+
+def test_what_is_returned_cannot_corrupt_a_model(quarter_car: Model) -> None:
+    table = quarter_car.tables["damper"]
+    for array in (table.knots, table.slopes, linearise(quarter_car).operating_point.coordinates):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0.0
+    linear = linearise_variants(variants(quarter_car, {"sprung.mass": [300.0]}))
+    with pytest.raises(ValueError, match="read-only"):
+        linear[0].mass[0, 0] = 1.0
 
 
 def test_progress_reaches_the_end(quarter_car: Model) -> None:
