@@ -80,7 +80,7 @@ def solve_preloads(
 def _least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Least-squares solutions x of A x = b, of several that of smallest norm, shape (sets, unknowns).
 
-    The triangular factor of the first matrix, if that has full rank, makes the columns of those that resemble
+    The triangular factor of the mean matrix, if that has full rank, makes the columns of those that resemble
     it nearly orthonormal: their normal equations then lose no digits. The others take a pseudo-inverse.
 
     Parameters
@@ -88,7 +88,7 @@ def _least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
     matrices, right
         A and b, shapes (sets, equations, unknowns) and (sets, equations).
     """
-    factor = np.asarray(np.linalg.qr(matrices[0], mode="r"))
+    factor = np.asarray(np.linalg.qr(matrices.mean(axis=0), mode="r"))
     solutions = np.empty((len(matrices), matrices.shape[2]))
     resembling = np.zeros(len(matrices), dtype=bool)
     if factor.shape[0] == factor.shape[1] and np.linalg.cond(factor) < _WELL_CONDITIONED:

@@ -114,7 +114,10 @@ class _Body:
         """Compute a value, and put it where results or later parts look for it."""
         value, target = self.operand(statement.expression), statement.target
         if isinstance(target, int):
-            self.code.store(target, value)
+            if self.kernel.by_pass:
+                self.code.store_by_pass(target, len(self.kernel.results), value)
+            else:
+                self.code.store(target, value)
             return
         self.values[target] = value
         if target in self.places:

@@ -84,8 +84,7 @@ class CompiledFunction:
         KeyError
             If a parameter has no value.
         """
-        given = np.array([values[name] for name in self.parameters], dtype=float)
-        return BoundFunction(self, self._constants(given[:, None]))
+        return BoundFunction(self, self._constants(values, 1))
 
     def of_variants(self, values: Mapping[str, Array | float], arguments: Array) -> Array:
         """Evaluate each sample for parameter values of its own.
@@ -109,25 +108,21 @@ class CompiledFunction:
         ValueError
             If the arguments or a parameter have another shape.
         """
-        count = arguments.shape[1]
-        given = np.empty((len(self.parameters), count))
-        for row, name in zip(given, self.parameters, strict=True):
-            row[:] = values[name]
-        constants = self._constants(given)
+        constants = self._constants(values, arguments.shape[1])
         return self.evaluate(arguments, constants, constants.shape[1])
 
-    def _constants(self, given: Array) -> Array:
-        """Constants of parameter sets, shape (parameters, sets), as passes take them: (passes, rows, lanes).
+    def _constants(self, values: Mapping[str, Array | float], sets: int) -> Array:
+        """Constants of parameter sets as passes take them, shape (passes, rows, lanes).
 
         One set fills all lanes of a pass.
         """
-        if given.shape[1] == 0:
-            return np.empty((0, self.entry.source.constants, LANES))
-        padded = _padded(given)
-        constants = np.empty((self.entry.source.constants, padded.shape[1]))
-        self._prologue(padded.ctypes.data, 0, constants.ctypes.data, padded.shape[1], padded.shape[1], 0)
-        passes = constants.reshape(len(constants), padded.shape[1] // LANES, LANES)
-        return np.ascontiguousarray(passes.swapaxes(0, 1))
+        given = np.empty((len(self.parameters), _width(sets)))
+        for row, name in zip(given, self.parameters, strict=True):
+            row[:sets] = values[name]
+            row[sets:] = row[sets - 1]
+        constants = np.empty((given.shape[1] // LANES, self.entry.source.constants, LANES))
+        self._prologue(given.ctypes.data, 0, constants.ctypes.data, given.shape[1], given.shape[1], 0)
+        return constants
 
     def evaluate(self, arguments: Array, constants: Array, step: int) -> Array:
         """Results for samples, shape (results, samples), whose passes go on by so many constants."""
@@ -138,7 +133,9 @@ class CompiledFunction:
         count = arguments.shape[1]
         if count == 0:
             return np.empty((len(self.rows), 0))
-        padded = _padded(arguments)
+        padded = np.empty((len(arguments), _width(count)))
+        padded[:, :count] = arguments
+        padded[:, count:] = arguments[:, -1:]
         results = np.empty((len(self.rows), padded.shape[1]))
         filled = -(-count // LANES) * LANES
         addresses = padded.ctypes.data, constants.ctypes.data, results.ctypes.data
@@ -146,16 +143,12 @@ class CompiledFunction:
         return results[:, :count]
 
 
-def _padded(samples: Array) -> Array:
-    """Columns for whole passes, the last one repeated.
+def _width(samples: int) -> int:
+    """Columns for whole passes.
 
     An odd number of lane groups per row keeps rows from falling on the same cache lines.
     """
-    groups = -(-samples.shape[1] // LANES)
-    padded = np.empty((len(samples), LANES * (groups | 1)))
-    padded[:, : samples.shape[1]] = samples
-    padded[:, samples.shape[1] :] = samples[:, -1:]
-    return padded
+    return LANES * (-(-samples // LANES) | 1)
 
 
 class BoundFunction:

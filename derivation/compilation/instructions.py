@@ -98,6 +98,13 @@ class Instructions:
         address = self.new(f"getelementptr double, ptr %y, i64 {place}")
         self.lines.append(f"  store {VECTOR} {value}, ptr {address}, align 8")
 
+    def store_by_pass(self, row: int, rows: int, value: str) -> None:
+        """Put a value into the results of the pass, of which there are so many rows."""
+        first = self.new(f"mul i64 %i, {rows}")
+        place = self.new(f"add i64 {first}, {row * LANES}")
+        address = self.new(f"getelementptr double, ptr %y, i64 {place}")
+        self.lines.append(f"  store {VECTOR} {value}, ptr {address}, align 8")
+
     def keep(self, place: int, value: str) -> None:
         """Put a value into scratch memory."""
         address = self.new(f"getelementptr {VECTOR}, ptr %s, i64 {place}")

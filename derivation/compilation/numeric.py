@@ -247,7 +247,7 @@ def _generate(program: Program, results: _Results, varying_symbols: Sequence[sym
         _free_symbols([*needed.values(), *constants]) - set(program.definitions), key=lambda s: s.name
     )
     rows = {symbol: row for row, symbol in enumerate(names)}
-    prologue = Kernel("constants", rows, {}, {s: fixed[s] for s in needed}, list(constants))
+    prologue = Kernel("constants", rows, {}, {s: fixed[s] for s in needed}, list(constants), by_pass=True)
     kernel = Kernel("kernel", arguments, constants, varying, results.entries)
     packed = cache.pack(assembly([prologue, kernel]))
     parameters = tuple(symbol.name for symbol in names)

@@ -32,6 +32,9 @@ class Kernel:
         Assignments in order.
     results
         What is returned, row by row.
+    by_pass
+        Whether the results of a pass stand together, as the constants of another kernel do, instead of those
+        of a row.
     """
 
     name: str
@@ -39,6 +42,7 @@ class Kernel:
     constants: Mapping[sympy.Symbol, int]
     definitions: Mapping[sympy.Symbol, sympy.Expr]
     results: Sequence[sympy.Expr]
+    by_pass: bool = False
 
 
 @dataclass(frozen=True)
