@@ -37,7 +37,16 @@ from chassym.linear.road.random_road import (
     random_response,
     root_mean_squares,
 )
-from chassym.linear.road.ride_comfort import RideComfort, ride_comfort
+from chassym.linear.road.ride_comfort import (
+    SEAT_PITCH,
+    SEAT_ROLL,
+    SEAT_X,
+    SEAT_Y,
+    SEAT_YAW,
+    SEAT_Z,
+    RideComfort,
+    ride_comfort,
+)
 from chassym.linear.road.road_contacts import Contact, Passage, road_contacts
 from chassym.linear.road.road_profile import RoadProfile, sample_profile
 from chassym.linear.road.road_surface import Road, iso_8608
@@ -93,6 +102,12 @@ __all__ = [
     "Road",
     "RoadProfile",
     "RoadVibration",
+    "SEAT_PITCH",
+    "SEAT_ROLL",
+    "SEAT_X",
+    "SEAT_Y",
+    "SEAT_YAW",
+    "SEAT_Z",
     "Secant",
     "Sensitivity",
     "SlopeRule",

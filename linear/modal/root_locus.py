@@ -45,7 +45,7 @@ def root_locus(
     xarray.DataArray
         Complex eigenvalues (1/s) with dimensions ``value`` and ``branch`` (two for every coordinate). The
         coordinate ``mode`` names the mode to which a branch belongs at the first value. Attributes:
-        ``units``, ``parameter``, ``parameter_units``, and ``description``, that of the first linear model.
+        ``units``, ``parameter``, ``parameter_units``, and ``description``, what was linearised where.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def root_locus(
             "units": "1/s",
             "parameter": parameter,
             "parameter_units": unit,
-            "description": first.description,
+            "description": f"{first.name} linearised {first.operating_point.description}",
         },
     )
 
