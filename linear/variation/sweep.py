@@ -14,6 +14,7 @@ from chassym.linear.frequency_response import checked_frequencies, index_of
 from chassym.linear.linear_model import LinearisationError, LinearModel
 from chassym.linear.linearisation import linearise
 from chassym.linear.slope_rule import SlopeRules, mean_slope
+from chassym.linear.variation.channel import Channel
 from chassym.linear.variation.variants import LinearVariants, linearise_like
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ class Response:
         LinearisationError
             If there is no such output or input, or a frequency is negative or not finite.
         """
-        channel = _Channel.of(linear, self.output, self.amplitudes)
+        channel = Channel.of(linear, self.output, self.amplitudes)
         frequencies = checked_frequencies(self.frequencies_hz)
         if not len(frequencies):
             raise LinearisationError("frequencies_hz: none received; at least one is needed")
@@ -162,91 +163,6 @@ class Response:
         return {
             "frequency_hz": (("frequency_hz",), checked_frequencies(self.frequencies_hz), {"units": "Hz"})
         }
-
-
-@dataclass(frozen=True, eq=False)
-class _Channel:
-    """One output and one combination of inputs of every variant."""
-
-    dynamics: tuple[Array, ...]
-    forces: tuple[Array, ...]
-    seen: tuple[Array, ...]
-    through: tuple[Array, ...]
-    eigenvalues: Array
-    vectors: Array
-
-    @classmethod
-    def of(cls, linear: LinearVariants, output: str, amplitudes: Mapping[str, complex]) -> _Channel:
-        first, matrices = linear.named, linear.matrices
-        row = index_of("output", output, first.outputs)
-        columns = [index_of("input", name, first.inputs) for name in amplitudes]
-        moved = np.array(list(amplitudes.values()), dtype=complex)
-
-        def combined(name: str) -> Array:
-            return matrices[name][:, :, columns] @ moved
-
-        return cls(
-            (matrices["stiffness"], matrices["damping"], matrices["mass"]),
-            (combined("input_stiffness"), combined("input_damping")),
-            (
-                matrices["output_by_coordinates"][:, row],
-                matrices["output_by_rates"][:, row],
-                matrices["output_by_accelerations"][:, row],
-            ),
-            (combined("output_by_inputs")[:, row], combined("output_by_input_rates")[:, row]),
-            *linear.eigensystem,
-        )
-
-    def part(self, chosen: Array) -> _Channel:
-        """Some of the variants."""
-
-        def of(matrices: tuple[Array, ...]) -> tuple[Array, ...]:
-            return tuple(each[chosen] for each in matrices)
-
-        return _Channel(
-            of(self.dynamics),
-            of(self.forces),
-            of(self.seen),
-            of(self.through),
-            self.eigenvalues[chosen],
-            self.vectors[chosen],
-        )
-
-    def by_modes(self, s: Array) -> Array:
-        """Response, shape (variants, s): coordinates are summed over modes, and outputs taken of them.
-
-        An acceleration is s^2 times a coordinate here, which loses no digits at low frequencies.
-        """
-        n = self.vectors.shape[1] // 2
-        accelerations = np.linalg.solve(self.dynamics[2], np.stack(self.forces, axis=-1))
-        pushed = np.concatenate([np.zeros_like(accelerations), accelerations], axis=1)
-        weights = np.linalg.solve(self.vectors, pushed)
-        shapes = np.stack(self.seen, axis=1) @ self.vectors[:, :n]
-        residues = shapes[:, :, None] * weights.swapaxes(1, 2)[:, None]
-        with np.errstate(divide="ignore", invalid="ignore"):  # such variants are solved directly
-            poles = 1 / (s - self.eigenvalues[:, :, None])
-            sums = residues.reshape(len(shapes), 6, 2 * n) @ poles
-        return self._outputs(s, (sums[:, ::2] + s * sums[:, 1::2]).swapaxes(0, 1))
-
-    def directly(self, s: Array) -> Array:
-        """Response, shape (variants, s), by dynamic stiffness, frequency by frequency."""
-        seen = np.empty((3, len(self.eigenvalues), len(s)), dtype=complex)
-        for column, value in enumerate(s):
-            dynamic = self.dynamics[0] + value * self.dynamics[1] + value**2 * self.dynamics[2]
-            force = self.forces[0] + value * self.forces[1]
-            try:
-                motion = np.linalg.solve(dynamic, force[:, :, None])[:, :, 0]
-            except np.linalg.LinAlgError:
-                raise LinearisationError(
-                    f"frequencies_hz holds {abs(value) / (2 * np.pi):g}, where the response of a variant is "
-                    "infinite; leave this frequency out or add damping or a spring"
-                ) from None
-            seen[:, :, column] = [(each * motion).sum(axis=1) for each in self.seen]
-        return self._outputs(s, seen)
-
-    def _outputs(self, s: Array, seen: Array) -> Array:
-        by_motion = seen[0] + s * seen[1] + s**2 * seen[2]
-        return by_motion + self.through[0][:, None] + s * self.through[1][:, None]
 
 
 def sweep(
