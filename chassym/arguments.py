@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 FREQUENCY_BAND_HZ = 1e-4, 1e6
 """Frequencies of a linear response: beyond them rounding takes over."""
 
+CONVENTIONS = ("displacements_and_rates", "rates", "accelerations", "displacements")
+"""Input conventions of a plant, by the names of their functions in `chassym.linear.input_conventions`."""
+
 MOST_POINTS = 10_000
 """Most frequencies that are asked for at once."""
 

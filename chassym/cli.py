@@ -261,19 +261,23 @@ def test(
 def export(
     file: Annotated[str, typer.Argument(metavar="FILE.mat", help="MAT-file for MATLAB, Octave or Simulink.")],
     vehicle: Vehicle = "sedan",
+    inputs: Annotated[
+        str, typer.Option(metavar="|".join(arguments.CONVENTIONS), help="What the plant's inputs are.")
+    ] = arguments.CONVENTIONS[0],
     slopes: Slopes = "mean",
     sections: Sections = None,
     changes: Changes = None,
 ) -> None:
     """Write the state space about the design position, with names and units."""
+    arguments.choice("--inputs", inputs, arguments.CONVENTIONS)
     path = arguments.new_file("FILE.mat", file, ".mat")
     model = _load(vehicle, changes, sections)
     rule = arguments.slope_rule("--slopes", slopes)
-    from chassym.linear import linearise, write_mat
+    from chassym.linear import input_conventions, linearise, write_mat
     from chassym.tables import print_paragraph
 
     linear = linearise(model, rule)
-    write_mat(path, linear)
+    write_mat(path, linear, getattr(input_conventions, inputs))
     print_paragraph(f"{path}: {linear.description}")
 
 

@@ -50,6 +50,7 @@ def print_modes(linear: LinearModel) -> None:
     modes = damped_modes(linear)
     rows = [(*_numbers(mode), mode.name, _moving(mode)) for mode in modes]
     print_table([">Hz", ">damping ratio", "mode", "kinetic energy"], rows)
+    print_paragraph("Frequencies and damping ratios are |l| / (2 pi) and -Re l / |l| of the eigenvalues l.")
     print_paragraph(linear.description)
     if any(share > 1 + ROUNDED for mode in modes for share in mode.energy.values()):
         print_paragraph("Shares above 100 % are balanced by negative ones of parts that lag behind.")

@@ -73,7 +73,7 @@ from chassym.linear.variation.metrics import (
     RoadVibration,
 )
 from chassym.linear.variation.sensitivity import Sensitivity, sensitivity
-from chassym.linear.variation.sweep import DampedModes, Matrices, Quantity, Response, sweep
+from chassym.linear.variation.sweep import DampedModes, Matrices, ModesLike, Quantity, Response, sweep
 from chassym.linear.variation.tornado import Tornado, tornado
 from chassym.linear.variation.variants import LinearVariants, linearise_variants
 
@@ -90,6 +90,7 @@ __all__ = [
     "Metric",
     "Mode",
     "ModeKind",
+    "ModesLike",
     "NaturalFrequency",
     "OperatingPoint",
     "OperatingPointError",

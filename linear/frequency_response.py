@@ -50,6 +50,12 @@ class FrequencyResponse:
     input_units: tuple[str, ...]
     description: str
 
+    def __repr__(self) -> str:
+        size = (
+            f"{len(self.outputs)} outputs, {len(self.inputs)} inputs, {len(self.frequencies_hz)} frequencies"
+        )
+        return f"<FrequencyResponse of {size}: {self.description}>"
+
     def select(self, output: str, input: str) -> Array:
         """The response of one output to one input, complex, shape (frequencies,).
 

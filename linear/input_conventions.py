@@ -86,8 +86,8 @@ def displacements(linear: LinearModel) -> StateMatrices:
     if improper:
         raise LinearisationError(
             f"displacements alone cannot be the inputs of {linear.name!r}: improper, as of its outputs "
-            f"{_listed(improper)} answer the rate of an input directly; leave these out with select_signals, "
-            "or take displacements_and_rates, rates or accelerations"
+            f"{_listed(improper)} answer the rate of an input directly; leave these out of the linear model "
+            "with select_signals, or take displacements_and_rates, rates or accelerations"
         )
     jumps = np.vstack([np.zeros((n, p)), jump])
     suffixes = ["_rate_without_jump" if row.any() else "_rate" for row in jump]

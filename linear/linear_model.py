@@ -97,6 +97,9 @@ class LinearModel:
     def __str__(self) -> str:
         return self.description
 
+    def __repr__(self) -> str:
+        return f"<LinearModel: {self.description}>"
+
     @property
     def description(self) -> str:
         """What was linearised where, with the slope used for every table, in one line."""

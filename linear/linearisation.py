@@ -25,7 +25,8 @@ def linearise(source: Model | OperatingPoint, slope_rule: SlopeRules = mean_slop
         A model, whose design position has to be an equilibrium, or an operating point of one.
     slope_rule
         Which slope stands for a table: `left_slope`, `right_slope`, `mean_slope`, `Secant(reach)`,
-        `DescribingFunction(amplitude)`, or a mapping with one of them for every element with a table.
+        `DescribingFunction(amplitude)`, `StatisticalSlope(rms)`, or a mapping with one of them for every
+        element with a table.
 
     Raises
     ------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -266,9 +265,8 @@ def by_name(kind: str, given: Mapping[str, float] | None, names: list[str]) -> A
     numbers = np.zeros(len(names))
     for name, number in (given or {}).items():
         if name not in names:
-            near = difflib.get_close_matches(name, names, n=1, cutoff=0)
             raise OperatingPointError(
-                f"{kind} {name!r} is unknown; expected one of its system, such as {', '.join(near)}"
+                f"{kind} {name!r} is unknown; expected one of {', '.join(names) or 'none'}"
             )
         if not isinstance(number, int | float | np.number) or not np.isfinite(number):
             raise OperatingPointError(f"{kind} {name!r}: {number!r} received; expected a finite number")

@@ -213,7 +213,10 @@ def rule_of(rules: SlopeRules, element: str) -> SlopeRule:
         raise SlopeRuleError(f"slope_rule: none for element {element!r}; expected one for every table")
     is_rule = all(hasattr(rule, part) for part in ("name", "share_beyond", "density"))
     if not is_rule or isinstance(rule, type):
-        raise SlopeRuleError(f"slope_rule {rule!r} is unknown; expected {EXPECTED}")
+        raise SlopeRuleError(
+            f"slope_rule {rule!r} is no rule; expected left_slope, right_slope, mean_slope, Secant(v), "
+            "DescribingFunction(a), StatisticalSlope(rms), or find_slope_rule of a text"
+        )
     return rule
 
 

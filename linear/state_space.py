@@ -93,6 +93,11 @@ def to_control(linear: LinearModel, inputs: InputConvention = displacements_and_
     >>> system.state_labels, system.input_labels
     (['body_bounce', 'wheel_bounce', 'body_bounce_rate', 'wheel_bounce_rate', 'road'], ['road_rate'])
     """
+    if not callable(inputs):
+        raise LinearisationError(
+            f"inputs: {inputs!r} received; expected displacements_and_rates, rates, accelerations, "
+            "displacements or rates_from_static_shape"
+        )
     import control  # it takes a second to import: only for those who ask for it
 
     matrices = inputs(linear)

@@ -12,6 +12,7 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import ArrayLike
 
 from chassym.linear.frequency_response import FrequencyResponse
+from chassym.linear.linear_model import LinearisationError
 from chassym.linear.plots.amplitude_scale import LOGARITHMIC, AmplitudeScale
 from chassym.linear.plots.style import (
     GRADUAL,
@@ -44,7 +45,8 @@ def plot_frequency_response(
 ) -> Axes:
     """Draw the amplitude of one output per unit of one input over frequency.
 
-    Several responses may be drawn on the same axes.
+    Several responses of one unit may be drawn on the same axes. Make the figure with
+    ``layout="constrained"``, so that labels have room.
 
     Parameters
     ----------
@@ -62,18 +64,29 @@ def plot_frequency_response(
     Raises
     ------
     LinearisationError
-        If there is no such output or input.
+        If there is no such output or input, or the axes show another unit already.
     """
     color, style = line_look(next_series(axes))
     drawn = scale.drawn(np.abs(response.select(output, input)))
+    unit = scale.unit(readable_unit(unit_ratio(*signal_units(response, output, input))))
+    _check_unit(axes, unit)
     axes.plot(response.frequencies_hz, drawn, style, color=color, label=label or words(output))
     axes.set_yscale(scale.axis)
-    unit = scale.unit(readable_unit(unit_ratio(*signal_units(response, output, input))))
     axes.set_ylabel(f"amplitude per unit of {words(input)}\n({unit})")
     over_frequency(axes)
     finish(axes, response.description)
     axes.legend(frameon=False)
     return axes
+
+
+def _check_unit(axes: Axes, unit: str) -> None:
+    """Refuse a curve in another unit than those that are there."""
+    label = axes.get_ylabel()
+    if axes.lines and label and not label.endswith(f"({unit})"):
+        raise LinearisationError(
+            f"axes that show {' '.join(label.split())!r} received for a response in {unit}; draw it on axes "
+            "of its own"
+        )
 
 
 def plot_phase(

@@ -80,7 +80,10 @@ def finish(axes: Axes, description: str) -> None:
     axes.grid(which="minor", color="0.93", linewidth=0.5)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.set_title(textwrap.fill(description, 90), loc="left", fontsize="x-small", color="0.4")
+    said, drawn_before = textwrap.fill(description, 90), axes.get_title(loc="left")
+    if drawn_before not in ("", said):
+        said = ""  # curves of several models: no description holds for all
+    axes.set_title(said, loc="left", fontsize="x-small", color="0.4")
 
 
 def over_frequency(axes: Axes) -> None:

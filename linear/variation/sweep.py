@@ -13,6 +13,7 @@ from chassym.derivation import Model, variants
 from chassym.linear.frequency_response import checked_frequencies, index_of
 from chassym.linear.linear_model import LinearisationError, LinearModel
 from chassym.linear.linearisation import linearise
+from chassym.linear.modal.modes import Mode, damped_modes
 from chassym.linear.slope_rule import SlopeRules, mean_slope
 from chassym.linear.variation.channel import Channel
 from chassym.linear.variation.variants import LinearVariants, linearise_like
@@ -106,6 +107,53 @@ class DampedModes:
         return {"coordinate": (("coordinate",), np.array(named.coordinates), {})}
 
 
+@dataclass(frozen=True, eq=False)
+class ModesLike:
+    """The damped modes of a linear model, found again in every variant by their shapes.
+
+    Every oscillation of a variant is given to that mode of the model whose shape it resembles most, all
+    together as well as can be, by the modal assurance criterion with the model's mass.
+
+    Attributes
+    ----------
+    model
+        The linear model with which variants are compared: the nominal one, say.
+    """
+
+    model: LinearModel
+
+    def of(self, linear: LinearVariants) -> Columns:
+        """Frequency and damping ratio over ``mode``, and how much the shapes resemble, 0 to 1.
+
+        What is not there, because it does not oscillate, is NaN.
+        """
+        from scipy.optimize import linear_sum_assignment
+
+        nominal = self._oscillations()
+        values, vectors = linear.eigensystem
+        shapes = vectors[:, : vectors.shape[1] // 2]
+        weighted = self.model.mass @ shapes
+        sizes = (shapes.conj() * weighted).real.sum(axis=1)
+        products = np.abs(np.array([mode.shape.conj() for mode in nominal]) @ weighted) ** 2
+        assurance = np.where(values.imag[:, None] > 0, products / sizes[:, None], 0.0)
+        columns = np.array([linear_sum_assignment(-each)[1] for each in assurance])
+        found = np.take_along_axis(assurance, columns[:, :, None], axis=2)[:, :, 0]
+        chosen = np.where(found > 0, np.take_along_axis(values, columns, axis=1), np.nan)
+        modes = ("variant", "mode")
+        return {
+            "mode_frequency_hz": (modes, np.abs(chosen) / (2 * np.pi), {"units": "Hz"}),
+            "mode_damping_ratio": (modes, -chosen.real / np.abs(chosen), {"units": "1"}),
+            "mode_assurance": (modes, found, {"units": "1"}),
+        }
+
+    def labels(self, named: LinearModel) -> Columns:
+        """Names of the modes."""
+        return {"mode": (("mode",), np.array([mode.name for mode in self._oscillations()]), {})}
+
+    def _oscillations(self) -> list[Mode]:
+        return [mode for mode in damped_modes(self.model) if mode.eigenvalue.imag > 0]
+
+
 @dataclass(frozen=True)
 class Response:
     """Frequency response of one output to inputs that move together.
@@ -184,7 +232,8 @@ def sweep(
     changes
         Numbers in SI by parameter name, shape (count,) each; see `chassym.derivation.variants`.
     quantities
-        What to compute: `Matrices()`, `DampedModes()`, `Response(...)`, or anything with their method ``of``.
+        What to compute: `Matrices()`, `DampedModes()`, `ModesLike(model)`, `Response(...)`, or anything with
+        their methods ``of`` and ``labels``.
     slope_rule
         As for `linearise`.
     progress
@@ -210,6 +259,12 @@ def sweep(
     """
     import xarray  # it takes a while to import: only for those who ask for it
 
+    for quantity in quantities:
+        if isinstance(quantity, type) or not (hasattr(quantity, "of") and hasattr(quantity, "labels")):
+            raise LinearisationError(
+                f"quantities: {quantity!r} received; expected Matrices(), DampedModes(), ModesLike(model) or "
+                "Response(...)"
+            )
     every = variants(model, changes)
     named = linearise(every.one(0), slope_rule)
     found: dict[str, tuple[tuple[str, ...], Array, Mapping[str, str]]] = {}

@@ -145,6 +145,20 @@ sys.exit(", ".join(map(str, found)) or 0)
     assert done.returncode == 0, done.stderr
 
 
+def test_export_with_other_inputs(run, refused, tmp_path):
+    """Rates drive the plant, and the displacements that they integrate are states."""
+    path = tmp_path / "plant.mat"
+    assert run("export", str(path), "quarter_car", "--inputs", "rates")[0] == 0
+    plant = loadmat(path)["plant"][0, 0]
+    assert (plant["A"].shape, plant["B"].shape) == ((5, 5), (5, 1))
+    assert "inputs are rates" in plant["description"].item()
+    assert "--inputs: received 'speed', expected one of displacements_and_rates, rates" in refused(
+        "export", str(path), "quarter_car", "--inputs", "speed"
+    )
+    status, _, err = run("export", str(path), "quarter_car", "--inputs", "displacements")
+    assert status == 2 and "answer the rate of an input directly" in err
+
+
 @pytest.mark.parametrize("command", ["modes", "bode", "export"])
 def test_help_fits_80_columns(run, command):
     status, out, err = run(command, "--help")

@@ -12,6 +12,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
+from chassym.derivation import load_model
 from chassym.linear import (
     FrequencyResponse,
     LinearisationError,
@@ -19,6 +20,8 @@ from chassym.linear import (
     damped_modes,
     frequency_response,
     heave_response,
+    left_slope,
+    linearise,
 )
 from chassym.linear.plots import (
     DECIBEL,
@@ -75,6 +78,24 @@ def test_decibels(axes: Axes, quarter_response: FrequencyResponse) -> None:
     np.testing.assert_allclose(10 ** (line.get_ydata() / 20), amplitude)
     assert axes.get_yscale() == "linear"
     assert axes.get_ylabel().endswith("(dB relative to 1 N/m)")
+
+
+def test_another_unit_needs_axes_of_its_own(axes: Axes, sedan_linear: LinearModel) -> None:
+    response = frequency_response(sedan_linear, FREQUENCIES)
+    plot_frequency_response(axes, response, "vertical_acceleration", "front_left_pad_z")
+    plot_frequency_response(axes, response, "lateral_acceleration", "front_left_pad_z")
+    with pytest.raises(LinearisationError, match=r"response in \(rad/s\)/m; draw it on axes of its own"):
+        plot_frequency_response(axes, response, "roll_rate", "front_left_pad_z")
+    with pytest.raises(LinearisationError, match="draw it on axes of its own"):
+        plot_frequency_response(axes, response, "vertical_acceleration", "front_left_pad_z", scale=DECIBEL)
+    assert len(axes.lines) == 2
+
+
+def test_curves_of_two_models_have_no_description_in_common(axes: Axes, sedan_linear: LinearModel) -> None:
+    for linear in (sedan_linear, linearise(load_model("sedan"), left_slope)):
+        response = frequency_response(linear, FREQUENCIES)
+        plot_frequency_response(axes, response, "vertical_acceleration", "front_left_pad_z", "one")
+    assert axes.get_title(loc="left") == ""
 
 
 def test_phase_in_degrees(axes: Axes, sedan_linear: LinearModel) -> None:

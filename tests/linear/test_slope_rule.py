@@ -205,7 +205,7 @@ def test_every_element_may_have_a_rule_of_its_own(sedan: Model) -> None:
 
 
 def test_a_function_of_two_slopes_is_no_rule(quarter_car: Model) -> None:
-    with pytest.raises(SlopeRuleError, match="is unknown; expected left, right, mean"):
+    with pytest.raises(SlopeRuleError, match="is no rule; expected left_slope, right_slope"):
         linearise(quarter_car, min)  # type: ignore[arg-type]
 
 

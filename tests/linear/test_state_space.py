@@ -195,6 +195,13 @@ def test_matrices_cannot_be_changed(quarter_linear: LinearModel) -> None:
         quarter_linear.mass[0, 0] = 1.0
 
 
+def test_a_convention_is_a_function(quarter_linear: LinearModel) -> None:
+    with pytest.raises(
+        LinearisationError, match="inputs: 'rates' received; expected displacements_and_rates"
+    ):
+        to_control(quarter_linear, "rates")  # type: ignore[arg-type]
+
+
 def test_position_that_is_no_equilibrium_is_refused(quarter_car: Model) -> None:
     wrong = dict(quarter_car.preloads) | {"spring.preload": quarter_car.preloads["spring.preload"] + 12.0}
     with pytest.raises(

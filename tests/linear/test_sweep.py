@@ -23,11 +23,18 @@ from chassym.derivation import (
     prismatic,
     variants,
 )
-from chassym.linear import damped_modes, frequency_response, linearise
+from chassym.linear import (
+    LinearModel,
+    NaturalFrequency,
+    damped_modes,
+    frequency_response,
+    linearise,
+    track_modes,
+)
 from chassym.linear.linear_model import LinearisationError
 from chassym.linear.operating_point import OperatingPointError
 from chassym.linear.slope_rule import DescribingFunction, left_slope
-from chassym.linear.variation.sweep import DampedModes, Matrices, Response, sweep
+from chassym.linear.variation.sweep import DampedModes, Matrices, ModesLike, Response, sweep
 from chassym.linear.variation.variants import linearise_variants
 
 FREQUENCIES_HZ = np.geomspace(0.02, 200, 40)
@@ -80,6 +87,35 @@ def test_shapes_solve_the_equations_of_motion(swept: xarray.Dataset) -> None:
         dynamic = s**2 * one.mass.values + s * one.damping.values + one.stiffness.values
         assert np.abs(dynamic @ shape).max() < 1e-9 * np.abs(one.stiffness.values @ shape).max()
         assert (shape.conj() @ one.mass.values @ shape).real == pytest.approx(1.0)
+
+
+def test_modes_are_found_again_by_their_shapes(sedan: Model) -> None:
+    """Along a stiffness: the same branches as those that are followed step by step."""
+    factors = np.linspace(0.8, 1.25, 10)
+    names = ["tyre.front.stiffness.z", "suspension.rear.spring.rate"]
+    changes = {name: factors * sedan.parameters[name].value for name in names}
+    nominal = linearise(sedan)
+    found = sweep(sedan, changes, [ModesLike(nominal)])
+    assert list(found.mode.values) == [mode.name for mode in damped_modes(nominal)]
+
+    def linear_at(factor: float) -> LinearModel:
+        return linearise(sedan.scaled(*names, factor=factor))
+
+    for factors_away in (factors[factors <= 1], factors[factors >= 1]):
+        tracked = track_modes(linear_at, [1.0, *factors_away])
+        eigenvalues = tracked.eigenvalue.values[0]
+        for mode in damped_modes(nominal):
+            branch = np.abs(eigenvalues - mode.eigenvalue).min(axis=1).argmin()
+            index = np.isin(factors, factors_away)
+            own = found.mode_frequency_hz.sel(mode=mode.name).values[index]
+            np.testing.assert_allclose(own, tracked.frequency_hz.values[1:, branch], rtol=1e-7)
+    assert (found.mode_assurance > 0.5).all()
+
+
+def test_quantities_that_are_none_are_refused(quarter_car: Model) -> None:
+    for quantity in (DampedModes, NaturalFrequency("bounce"), "modes"):
+        with pytest.raises(LinearisationError, match="quantities: .* received; expected Matrices"):
+            sweep(quarter_car, {"sprung.mass": [300.0]}, [quantity])
 
 
 def test_labels_units_and_parameters_are_there(sedan: Model, swept: xarray.Dataset) -> None:
