@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -44,8 +44,8 @@ class Metric(Protocol):
 
 
 @dataclass(frozen=True)
-class NaturalFrequency:
-    """|eigenvalue| / (2 pi) of a mode (Hz).
+class _OfMode:
+    """What is measured of one mode.
 
     Attributes
     ----------
@@ -55,62 +55,57 @@ class NaturalFrequency:
 
     mode: str
 
+    quantity: ClassVar[str]
+    """Attribute of `Mode`, and variable of `track_modes`."""
+
+    words: ClassVar[str]
+    """What it is called."""
+
     @property
     def name(self) -> str:
         """In words."""
-        return f"natural frequency of {self.mode}"
+        return f"{self.words} of {self.mode}"
+
+    def of(self, linear: LinearModel) -> float:
+        """Its value; a mode that is not there is refused with a LinearisationError."""
+        return float(getattr(find_mode(linear, self.mode), self.quantity))
+
+    def followed(self, linear_at: LinearAt, factor: float) -> float:
+        """Its value at a factor: the mode may have another name there."""
+        eigenvalue = find_mode(linear_at(1.0), self.mode).eigenvalue
+        found = track_modes(linear_at, [1.0, factor])
+        distances = np.abs(found["eigenvalue"].values[0] - eigenvalue).min(axis=1)
+        return float(found[self.quantity].values[1, distances.argmin()])
+
+
+class NaturalFrequency(_OfMode):
+    """|eigenvalue| / (2 pi) of a mode (Hz), given by its name."""
+
+    quantity = "frequency_hz"
+    words = "natural frequency"
 
     def unit(self, linear: LinearModel) -> str:
         """Hz."""
         return "Hz"
 
-    def of(self, linear: LinearModel) -> float:
-        """Its value; a mode that is not there is refused with a LinearisationError."""
-        return find_mode(linear, self.mode).frequency_hz
-
-    def followed(self, linear_at: LinearAt, factor: float) -> float:
-        """Its value at a factor: the mode may have another name there."""
-        return _tracked(linear_at, factor, self.mode, "frequency_hz")
-
     def derivative(self, sensitivity: Sensitivity) -> Array:
         """Its derivatives, shape (p,)."""
-        eigenvalue = find_mode(sensitivity.linear, self.mode).eigenvalue
-        return sensitivity.frequencies_hz([eigenvalue])[0]
+        return sensitivity.frequencies_hz([find_mode(sensitivity.linear, self.mode).eigenvalue])[0]
 
 
-@dataclass(frozen=True)
-class DampingRatio:
-    """-Re(eigenvalue) / |eigenvalue| of a mode.
+class DampingRatio(_OfMode):
+    """-Re(eigenvalue) / |eigenvalue| of a mode, given by its name."""
 
-    Attributes
-    ----------
-    mode
-        Its name, as `damped_modes` gives it.
-    """
-
-    mode: str
-
-    @property
-    def name(self) -> str:
-        """In words."""
-        return f"damping ratio of {self.mode}"
+    quantity = "damping_ratio"
+    words = "damping ratio"
 
     def unit(self, linear: LinearModel) -> str:
         """Dimensionless."""
         return "1"
 
-    def of(self, linear: LinearModel) -> float:
-        """Its value; a mode that is not there is refused with a LinearisationError."""
-        return find_mode(linear, self.mode).damping_ratio
-
-    def followed(self, linear_at: LinearAt, factor: float) -> float:
-        """Its value at a factor: the mode may have another name there."""
-        return _tracked(linear_at, factor, self.mode, "damping_ratio")
-
     def derivative(self, sensitivity: Sensitivity) -> Array:
         """Its derivatives, shape (p,)."""
-        eigenvalue = find_mode(sensitivity.linear, self.mode).eigenvalue
-        return sensitivity.damping_ratios([eigenvalue])[0]
+        return sensitivity.damping_ratios([find_mode(sensitivity.linear, self.mode).eigenvalue])[0]
 
 
 @dataclass(frozen=True)
@@ -219,11 +214,3 @@ def find_mode(linear: LinearModel, name: str) -> Mode:
     """
     modes = damped_modes(linear)
     return modes[index_of("mode", name, tuple(mode.name for mode in modes))]
-
-
-def _tracked(linear_at: LinearAt, factor: float, mode: str, quantity: str) -> float:
-    """A quantity of `track_modes` at a factor, of the mode that has a name at factor one."""
-    eigenvalue = find_mode(linear_at(1.0), mode).eigenvalue
-    found = track_modes(linear_at, [1.0, factor])
-    distances = np.abs(found["eigenvalue"].values[0] - eigenvalue).min(axis=1)
-    return float(found[quantity].values[1, distances.argmin()])
