@@ -16,7 +16,7 @@ from chassym.linear import (
     frequency_response,
     heave_response,
 )
-from chassym.linear.frequency_response import VERTICAL_INPUT
+from chassym.linear.frequency_response import VERTICAL_INPUT, continuous_phase_degrees
 from chassym.linear.singular_values import unit_ratio
 from chassym.requested_modes import GROWING, print_growing
 from chassym.tables import print_paragraph, print_table
@@ -47,9 +47,6 @@ DRAWN = 1000
 BLOCK = 500
 """Frequencies solved for at once: large models would otherwise take gigabytes."""
 
-FIRST_PHASE = -170.0
-"""Least first phase (degrees): an acceleration per displacement begins at 180, never at -180."""
-
 
 @dataclass(frozen=True, eq=False)
 class Channel:
@@ -73,8 +70,7 @@ class Channel:
     def phase_degrees(self, frequencies_hz: Array) -> Array:
         """Without jumps from the lowest frequency on, as in a picture, however few frequencies there are."""
         dense = np.union1d(frequencies_hz, np.geomspace(frequencies_hz[0], frequencies_hz[-1], SEARCHED))
-        phase = np.degrees(np.unwrap(np.angle(self.values(dense))))
-        phase -= 360 * np.floor((phase[0] - FIRST_PHASE) / 360)
+        phase = continuous_phase_degrees(self.values(dense))
         return phase[np.searchsorted(dense, frequencies_hz)]
 
     def peaks(self, frequencies_hz: Array) -> list[tuple[float, float]]:

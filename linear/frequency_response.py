@@ -18,6 +18,9 @@ Array = np.ndarray
 VERTICAL_INPUT = re.compile(r"(.+_)?(pad_z|road)")
 """Names of the inputs that move the road or a pad up and down."""
 
+_FIRST_PHASE = -170.0
+"""Least first phase (degrees)."""
+
 _CANCELLED = 1e-11
 """Sum of responses, as a part of the sum of their sizes, that is rounding of zero."""
 
@@ -152,6 +155,20 @@ def heave_response(linear: LinearModel, frequencies_hz: ArrayLike) -> FrequencyR
     total = parts.sum(axis=1, keepdims=True)
     total[np.abs(total) < _CANCELLED * np.abs(parts).sum(axis=1, keepdims=True)] = 0
     return replace(full, response=total, inputs=("heave",), input_units=("m",))
+
+
+def continuous_phase_degrees(response: Array) -> Array:
+    """Phase of a complex response over frequency, without jumps, its first value from -170 degrees on.
+
+    An acceleration per displacement then begins at 180 degrees, never at -180.
+
+    Examples
+    --------
+    >>> continuous_phase_degrees(np.exp(1j * np.radians([-179.0, -185.0, -365.0])))
+    array([181., 175.,  -5.])
+    """
+    phase = np.degrees(np.unwrap(np.angle(response)))
+    return np.asarray(phase - 360 * np.floor((phase[0] - _FIRST_PHASE) / 360))
 
 
 def checked_frequencies(frequencies_hz: ArrayLike) -> Array:

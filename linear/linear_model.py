@@ -13,6 +13,9 @@ from chassym.linear.operating_point import OperatingPoint
 
 Array = np.ndarray
 
+LEAST_INERTIA = 10 * np.finfo(float).eps
+"""Smallest eigenvalue, for each coordinate, of a regular mass matrix scaled to a diagonal of ones."""
+
 
 class LinearisationError(ValueError):
     """A linear model, or what was asked of it, that cannot be."""
@@ -133,15 +136,10 @@ class LinearModel:
         if diagonal[worst] > 0:
             scale = 1 / np.sqrt(diagonal)
             smallest, direction = eigh(self.mass * np.outer(scale, scale), subset_by_index=(0, 0))
-            if smallest[0] > 10 * len(diagonal) * np.finfo(float).eps:
+            if smallest[0] > len(diagonal) * LEAST_INERTIA:
                 return cho_factor(self.mass)
             worst = int(np.abs(direction[:, 0]).argmax())
         raise LinearisationError(
             f"mass matrix of {self.name!r} is singular: coordinate {self.coordinates[worst]!r} moves without "
             "inertia; give what it moves a mass or an inertia"
         )
-
-
-def with_rates(texts: tuple[str, ...], suffix: str) -> tuple[str, ...]:
-    """Names or units, and those of the rates."""
-    return (*texts, *(text + suffix for text in texts))

@@ -15,7 +15,7 @@ from sympy.polys.matrices import DomainMatrix
 from chassym.derivation import EquationsOfMotion, Model
 from chassym.derivation.reading.glossary import glossary
 from chassym.derivation.reading.typesetting import Typesetter
-from chassym.linear.linear_model import LinearisationError, with_rates
+from chassym.linear.linear_model import LinearisationError
 
 Matrix: TypeAlias = sympy.ImmutableMatrix
 
@@ -77,12 +77,12 @@ class SymbolicStateSpace:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the coordinates, then of their rates."""
-        return with_rates(tuple(each.name for each in self.equations.coordinates), "_rate")
+        return _with_rates(tuple(each.name for each in self.equations.coordinates), "_rate")
 
     @property
     def input_names(self) -> tuple[str, ...]:
         """Names of the inputs, then of their rates."""
-        return with_rates(tuple(each.name for each in self.equations.system.inputs), "_rate")
+        return _with_rates(tuple(each.name for each in self.equations.system.inputs), "_rate")
 
     @property
     def output_names(self) -> tuple[str, ...]:
@@ -263,3 +263,8 @@ def _inverse(mass: Matrix, name: str) -> Matrix:
 def _product(left: Matrix, right: Matrix) -> Matrix:
     """Matrix product, every entry cancelled."""
     return Matrix((left @ right).applyfunc(sympy.cancel))
+
+
+def _with_rates(texts: tuple[str, ...], suffix: str) -> tuple[str, ...]:
+    """Names or units, and those of the rates."""
+    return (*texts, *(text + suffix for text in texts))

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import ArrayLike
 
-from chassym.linear.frequency_response import FrequencyResponse
+from chassym.linear.frequency_response import FrequencyResponse, continuous_phase_degrees
 from chassym.linear.linear_model import LinearisationError
 from chassym.linear.plots.amplitude_scale import LOGARITHMIC, AmplitudeScale
 from chassym.linear.plots.style import (
@@ -27,9 +27,6 @@ from chassym.linear.singular_values import NO_SCALES, singular_values, unit_rati
 
 PHASE_STEPS = (15, 30, 45, 90, 180, 360, 720)
 """Degrees between ticks."""
-
-FIRST_PHASE = -170.0
-"""Least first phase (degrees): an acceleration per displacement begins at 180, never at -180."""
 
 ROUNDING = 1e-12
 """Singular values below this part of the largest one at their frequency are rounding errors of zero."""
@@ -232,8 +229,7 @@ def plot_spectrum(
 
 def _draw_phase(axes: Axes, response: FrequencyResponse, output: str, input: str, label: str | None) -> None:
     color, style = line_look(next_series(axes))
-    phase = np.degrees(np.unwrap(np.angle(response.select(output, input))))
-    phase -= 360 * np.floor((phase[0] - FIRST_PHASE) / 360)
+    phase = continuous_phase_degrees(response.select(output, input))
     axes.plot(response.frequencies_hz, phase, style, color=color, label=label or words(output))
     axes.set_ylabel(f"phase against {words(input)}\n(degrees)")
     step = next((step for step in PHASE_STEPS if axes.dataLim.height < 7 * step), PHASE_STEPS[-1])

@@ -57,11 +57,22 @@ class Sensitivity:
         return split(self.jacobian, len(self.linear.coordinates), len(self.linear.inputs))
 
     @cached_property
+    def _nominal(self) -> Array:
+        """A itself."""
+        return displacements_and_rates(self.linear).A
+
+    @cached_property
+    def _eigensystem(self) -> tuple[Array, Array, Array]:
+        """Eigenvalues of A, and left and right eigenvectors."""
+        values, left, right = eig(self._nominal, left=True, right=True)
+        return values, left, right
+
+    @cached_property
     def state_matrix(self) -> Array:
         """Derivative of A in x' = A x, shape (p, 2 n, 2 n)."""
         linear, change = self.linear, self.matrices
         n = len(linear.coordinates)
-        rates = displacements_and_rates(linear).A[n:]
+        rates = self._nominal[n:]
         forces = np.concatenate([change["stiffness"], change["damping"]], axis=2) + change["mass"] @ rates
         full = np.zeros((len(self.parameters), 2 * n, 2 * n))
         full[:, n:] = -np.linalg.solve(linear.mass, forces)
@@ -80,7 +91,7 @@ class Sensitivity:
             multiple ones, which have no derivatives of their own.
         """
         wanted = np.asarray(eigenvalues, dtype=complex)
-        values, left, right = eig(displacements_and_rates(self.linear).A, left=True, right=True)
+        values, left, right = self._eigensystem
         scale = np.abs(values).max()
         found = np.full((len(wanted), len(self.parameters)), np.nan + 0j)
         for row, eigenvalue in zip(found, wanted, strict=True):
@@ -201,7 +212,7 @@ def sensitivity(
     total = changes.total(names)
     by_everything = changes.jacobian()
     jacobian = np.tensordot(total, by_everything, axes=(0, 0))
-    columns = [changes.row(f"{symbol.name}") for symbol in point.model.system.slopes.values()]
+    columns = [changes.row(symbol.name) for symbol in point.model.system.slopes.values()]
     slopes = dict(zip(point.model.system.slopes, total[columns], strict=True))
     values = point.model.parameters.flat()
     return Sensitivity(linear, tuple(names), np.array([values[name] for name in names]), jacobian, slopes)

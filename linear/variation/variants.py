@@ -9,7 +9,7 @@ import numpy as np
 
 from chassym.derivation import Variants
 from chassym.linear.jump import BESIDE, CONTINUOUS
-from chassym.linear.linear_model import LinearisationError, LinearModel
+from chassym.linear.linear_model import LEAST_INERTIA, LinearisationError, LinearModel
 from chassym.linear.linearisation import linearise, slopes_of, split
 from chassym.linear.operating_point import (
     RESIDUAL_TOLERANCE,
@@ -148,7 +148,7 @@ def _is_singular(mass: Array) -> Array:
     massless = np.any(diagonal <= 0, axis=1)
     scale = 1 / np.sqrt(np.where(massless[:, None], 1.0, diagonal))
     smallest = np.linalg.eigvalsh(mass * scale[:, :, None] * scale[:, None, :])[:, 0]
-    return np.asarray(massless | (smallest <= 10 * mass.shape[-1] * np.finfo(float).eps))
+    return np.asarray(massless | (smallest <= mass.shape[-1] * LEAST_INERTIA))
 
 
 def _check_continuity(variants: Variants, at_rest: Array, slope_rule: SlopeRules) -> None:
@@ -166,9 +166,10 @@ def _check_continuity(variants: Variants, at_rest: Array, slope_rule: SlopeRules
 def _check_balance(variants: Variants, at_rest: Array, stiffness: Array) -> None:
     """Preloads that are found hold every variant; others may not."""
     residual = np.abs(variants.model.compiled.residual.of_variants(variants.values, at_rest)).max(axis=0)
-    unloaded = variants.values | {symbol.name: 0.0 for symbol in variants.model.system.preloads}
-    held = np.abs(variants.model.compiled.residual.of_variants(unloaded, at_rest)).max(axis=0)
-    held = held if variants.model.system.preloads else np.zeros_like(held)
+    held = np.zeros_like(residual)
+    if variants.model.system.preloads:
+        unloaded = variants.values | {symbol.name: 0.0 for symbol in variants.model.system.preloads}
+        held = np.abs(variants.model.compiled.residual.of_variants(unloaded, at_rest)).max(axis=0)
     moved = np.flatnonzero(residual > np.maximum(RESIDUAL_TOLERANCE * held, ROUNDING * stiffness))
     if len(moved):
         raise OperatingPointError(
