@@ -103,6 +103,11 @@ class EquationsOfMotion:
         return self.program.differentiate(self.residual, self.arguments[: 3 * len(self.coordinates)])
 
     @cached_property
+    def preload_action(self) -> list[list[sympy.Expr]]:
+        """Exact derivatives of the residual by the preloads, shape (n, preloads)."""
+        return self.program.differentiate(self.residual, self.system.preloads)
+
+    @cached_property
     def linearisation(self) -> list[list[sympy.Expr]]:
         """Exact derivatives of residual and outputs, shape (n + outputs, arguments).
 

@@ -27,9 +27,9 @@ def solve_preloads(
 ) -> dict[str, np.ndarray]:
     """Preloads (N or N m) with which the design position is in static equilibrium under gravity.
 
-    The residual at rest is linear in the preloads, r = r0 + A preload, and one column of A is the difference
-    that a unit preload makes. The unit is a push, which laws that cannot pull answer, too. Of several
-    solutions the one of smallest norm is taken, which shares a load evenly.
+    The residual at rest is linear in the preloads, r = r0 + A preload. A is its derivative where every
+    preload is a push, which laws that cannot pull answer, too. Of several solutions the one of smallest norm
+    is taken, which shares a load evenly.
 
     Parameters
     ----------
@@ -55,14 +55,16 @@ def solve_preloads(
     if not names:
         return {}
     start = design_residual(compiled, without, sets)
-    with np.errstate(invalid="ignore"):  # what is not finite is refused below
-        columns = [start - design_residual(compiled, without | {name: -1.0}, sets) for name in names]
-    if not np.all(np.isfinite([start, *columns])):
+    action = compiled.preload_action
+    pushed = dict(values) | dict.fromkeys(names, -1.0)
+    matrices = np.zeros((sets, len(start), len(names)))
+    matrices[:, action.rows, action.columns] = action.of_variants(pushed, _at_rest(compiled, sets)).T
+    if not (np.isfinite(start).all() and np.isfinite(matrices).all()):
         raise EquilibriumError(
             f"mechanism {compiled.system.name!r}: its forces at the design position are not finite; "
             "a parameter is too large, or one that is divided by is zero"
         )
-    solution = _least_squares(np.array(columns).transpose(2, 1, 0), -start.T)
+    solution = _least_squares(matrices, -start.T)
     found = dict(zip(names, solution.T, strict=True))
     left = np.abs(design_residual(compiled, without | found, sets))
     refused = np.flatnonzero(left.max(axis=0) > TOLERANCE * np.abs(start).max(axis=0))
@@ -112,4 +114,9 @@ def design_residual(
     compiled: CompiledEquations, values: Mapping[str, np.ndarray | float], sets: int
 ) -> np.ndarray:
     """The equations' residual at rest in the design position (N or N m), shape (n, sets)."""
-    return compiled.residual.of_variants(values, np.zeros((compiled.argument_count, sets)))
+    return compiled.residual.of_variants(values, _at_rest(compiled, sets))
+
+
+def _at_rest(compiled: CompiledEquations, sets: int) -> np.ndarray:
+    """Arguments of compiled functions at rest in the design position, shape (arguments, sets)."""
+    return np.zeros((compiled.argument_count, sets))

@@ -95,6 +95,11 @@ class CompiledEquations:
         return self._function("residual_jacobian", lambda e: _matrix(e.residual_jacobian))
 
     @cached_property
+    def preload_action(self) -> CompiledFunction:
+        """Derivatives of the residual by the preloads, shape (n, preloads)."""
+        return self._function("preload_action", lambda e: _matrix(e.preload_action))
+
+    @cached_property
     def accelerations(self) -> CompiledFunction:
         """q'' from coordinates, rates, inputs and input rates, length n."""
         return self._function("accelerations", lambda e: _vector(e.accelerations))
