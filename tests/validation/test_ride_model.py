@@ -4,6 +4,8 @@ Every test names its source. Printed numbers are compared to half a unit of thei
 matrices are printed with the eigenvalues of these matrices, written out here by hand.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -203,25 +205,37 @@ def matrices_of_jazar(p: dict[str, float]) -> tuple[Array, Array]:
     return np.diag(mass), np.array(stiffness)
 
 
-def full_car_of_jazar(p: dict[str, float]) -> Mechanism:
-    """Axes as in the book: x forward, y to the left, z up; the anti-roll bar is in front."""
+def full_car(
+    p: dict[str, float], corners: Sequence[tuple[float, float]], body_in_bar: float = -1.0
+) -> Mechanism:
+    """Wheels at the corners, two front ones first; x forward, y to the left, z up; an anti-roll bar in front.
+
+    The bar's deflection is the difference of the front wheels' heights and, times `body_in_bar`, of the
+    body's above them.
+    """
     car = Mechanism("full_car", gravity=9.81)
     joint = prismatic("x", "z").then(revolute("roll", "x")).then(revolute("pitch", "y"))
     inertia = (p["Ix"], p["Iy"], p["Iy"])
     body = car.add_body("body", car.ground, joint, (0, 0, 0), mass=p["m"], inertia=inertia)
-    corners = (p["a1"], p["b1"]), (p["a1"], -p["b2"]), (-p["a2"], -p["b1"]), (-p["a2"], p["b2"])
-    travels = []
+    bar: list[tuple[Port, float]] = []
     for i, ((x, y), axle) in enumerate(zip(corners, "ffrr", strict=True), start=1):
         slide = prismatic(f"x{i}", "z")
         wheel = car.add_body(f"wheel_{i}", car.ground, slide, (x, y, 0), mass=p[f"m{axle}"])
         hub, seat = height(car, wheel, x, y), height(car, body, x, y)
-        travels.append(CombinedPort(((hub, 1), (seat, -1))))
-        car.add_force_element(f"suspension_{i}", travels[-1], Linear(p[f"k{axle}"]), preloaded=True)
+        travel = CombinedPort(((hub, 1), (seat, -1)))
+        car.add_force_element(f"suspension_{i}", travel, Linear(p[f"k{axle}"]), preloaded=True)
         car.add_force_element(f"tyre_{i}", hub, Linear(p[f"kt{axle}"]), preloaded=True)
-    # The bar's twist is the roll of the body relative to the line between the front wheels.
-    twist = CombinedPort(((travels[0], 1), (travels[1], -1)))
-    car.add_force_element("anti_roll_bar", twist, Linear(p["kR"] / (p["b1"] + p["b2"]) ** 2))
+        if axle == "f":
+            side = 1.0 if y > 0 else -1.0
+            bar += [(hub, side), (seat, side * body_in_bar)]
+    track = corners[0][1] - corners[1][1]
+    car.add_force_element("anti_roll_bar", CombinedPort(tuple(bar)), Linear(p["kR"] / track**2))
     return car
+
+
+def full_car_of_jazar(p: dict[str, float]) -> Mechanism:
+    """Numbered as in the book: front left, front right, rear right, rear left."""
+    return full_car(p, [(p["a1"], p["b1"]), (p["a1"], -p["b2"]), (-p["a2"], -p["b1"]), (-p["a2"], p["b2"])])
 
 
 @pytest.mark.parametrize("bar", [25e3, 0.0])
@@ -262,6 +276,43 @@ def test_ride_model_is_the_full_car_of_jazar_with_its_mass_centre_in_the_middle(
     expected = np.sqrt(eigh(stiffness, mass, eigvals_only=True))
     found = circular_frequencies(linearise(ride_model_of_jazar()))
     np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+SENSING_VEHICLE = {"m": 1040, "Ix": 1180, "Iy": 1580, "mf": 53, "mr": 76, "a": 1.5, "b": 0.9}
+SENSING_VEHICLE |= {"kf": 10e3, "kr": 13e3, "ktf": 200e3, "ktr": 200e3, "kR": 25e3}
+SENSING_VEHICLE_HZ = (
+    *(1.0061430552, 1.1418316040, 1.2692971359),
+    *(8.4273122483, 8.4314567807, 10.0211566850, 10.3800481352),
+)
+
+EXCITATION_VEHICLE = {"m": 20800, "Ix": 23600, "Iy": 31600, "mf": 1060, "mr": 1520, "a": 3, "b": 1.35}
+EXCITATION_VEHICLE |= {"kf": 200e3, "kr": 260e3, "ktf": 4e6, "ktr": 4e6, "kR": 500e3}
+EXCITATION_VEHICLE_HZ = (
+    *(1.0190489607, 1.5061605300, 2.5016628867),
+    *(8.4294490300, 8.4428541695, 10.0267543805, 10.1807148534),
+)
+
+
+@pytest.mark.parametrize(
+    ("p", "published_hz"),
+    [(SENSING_VEHICLE, SENSING_VEHICLE_HZ), (EXCITATION_VEHICLE, EXCITATION_VEHICLE_HZ)],
+    ids=["sensing", "excitation"],
+)
+def test_vehicles_of_a_bridge_test(p: dict[str, float], published_hz: Sequence[float]) -> None:
+    """X. Jian, Y. Xia and L. Sun, Mechanical Systems and Signal Processing 177 (2022) 109155, two vehicles.
+
+    Their data, github.com/JxdEngineer/3D-Simulation-of-Vehicle-Bridge-Interaction, commit 6fbdc61,
+    output.mat, hold the frequencies of both. In their stiffness matrix the bar feels the sum of the body's
+    roll and the wheels'; with a bar that feels the difference, as a real one does, the modes that leave it
+    alone (bounce and pitch, the wheels alike on both sides) have the same frequencies.
+    """
+    a, b = p["a"], p["b"]
+    corners = [(a, b), (a, -b), (-a, b), (-a, -b)]
+    found = circular_frequencies(linearise(build_model(full_car(p, corners, body_in_bar=1.0), {})))
+    np.testing.assert_allclose(found / (2 * np.pi), published_hz, rtol=0, atol=5.001e-11)
+    real = circular_frequencies(linearise(build_model(full_car(p, corners), {}))) / (2 * np.pi)
+    unmoved = np.abs(real - published_hz) < 5.001e-11
+    assert unmoved.sum() == 4
 
 
 RACE_CAR = {
