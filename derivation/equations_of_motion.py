@@ -13,11 +13,11 @@ from chassym.derivation.element import ElementAnswer
 from chassym.derivation.energies import Energies
 from chassym.derivation.errors import MechanismError
 from chassym.derivation.joint import Coordinate
-from chassym.derivation.kinks import switches
+from chassym.derivation.kinks import Kink, held, kink_of, switches
 from chassym.derivation.program import Program
 from chassym.derivation.reading.lagrange_form import lagrange_equations, written_out
 from chassym.derivation.reading.latex import displayed
-from chassym.derivation.solve import solve_tree
+from chassym.derivation.solve import TreeFactors, factorise_tree
 from chassym.derivation.system import System
 
 
@@ -92,10 +92,40 @@ class EquationsOfMotion:
         )
 
     @cached_property
+    def _factors(self) -> TreeFactors:
+        return factorise_tree(self.program, self.mass_matrix)
+
+    @cached_property
     def accelerations(self) -> tuple[sympy.Expr, ...]:
         """q'' = M^-1 (Q - h), solved on the program by the tree's sparse factorisation."""
         right = [self.program.let(q - h) for q, h in zip(self.generalized_forces, self.bias, strict=True)]
-        return tuple(solve_tree(self.program, self.mass_matrix, right))
+        return tuple(self._factors.solve(self.program, right))
+
+    @property
+    def state_arguments(self) -> tuple[sympy.Symbol, ...]:
+        """Coordinates, rates, inputs and input rates: the arguments but for the accelerations."""
+        n = len(self.coordinates)
+        return (*self.arguments[: 2 * n], *self.arguments[3 * n :])
+
+    @property
+    def right_hand_side(self) -> tuple[sympy.Expr, ...]:
+        """Rates of the state (q, q'), length 2 n: q', then the accelerations."""
+        return (*(c.rate for c in self.coordinates), *self.accelerations)
+
+    @cached_property
+    def right_hand_side_jacobian(self) -> list[list[sympy.Expr]]:
+        """Exact derivatives of the right-hand side by the state, shape (2 n, 2 n).
+
+        The residual r(q, q', q'') is zero along a motion, so that dq'' = -M^-1 (dr/dq dq + dr/dq' dq'), at
+        the accelerations of the state; the factors of M are those that the accelerations are solved with.
+        """
+        program, n = self.program, len(self.coordinates)
+        motion = {c.acceleration: a for c, a in zip(self.coordinates, self.accelerations, strict=True)}
+        entries = [entry for row in self.residual_jacobian for entry in row[: 2 * n]]
+        there = program.substitute([-entry for entry in entries], motion)
+        columns = [self._factors.solve(program, there[j :: 2 * n]) for j in range(2 * n)]
+        upper = [[sympy.S(int(j == n + i)) for j in range(2 * n)] for i in range(n)]
+        return [*upper, *(list(row) for row in zip(*columns, strict=True))]
 
     @cached_property
     def residual_jacobian(self) -> list[list[sympy.Expr]]:
@@ -208,15 +238,44 @@ class EquationsOfMotion:
         return tuple(rest)
 
     @cached_property
-    def knot_distances(self) -> list[sympy.Expr]:
-        """Expressions whose change of sign along a motion makes the residual jump or bend."""
-        program, moving = self.program, set(self.arguments)
-        found: dict[sympy.Expr, None] = {}
-        for symbol, expression in program.required(self.residual).items():
+    def _switches(self) -> tuple[sympy.Expr, ...]:
+        """What a change of sign of makes the residual jump or bend, as the program's assignments have it."""
+        moving, found = set(self.arguments), dict[sympy.Expr, None]()
+        for symbol, expression in self.program.required(self.residual).items():
             if expression.free_symbols & moving:
                 moving.add(symbol)
                 found |= dict.fromkeys(s for s in switches(expression) if s.free_symbols & moving)
-        return [program.let(each) for each in found]
+        return tuple(found)
+
+    @cached_property
+    def knot_distances(self) -> list[sympy.Expr]:
+        """Expressions whose change of sign along a motion makes the residual jump or bend."""
+        return [self.program.let(each) for each in self._switches]
+
+    @cached_property
+    def kinks(self) -> tuple[Kink, ...]:
+        """What happens where each of the knot distances changes its sign."""
+        pushes = [
+            self.program.definitions.get(answer.force, answer.force) for answer in self.elements.values()
+        ]
+        pushes = [self.program.definitions.get(push, push) for push in pushes]
+        return tuple(max(kink_of(s, push) for push in (sympy.S.Zero, *pushes)) for s in self._switches)
+
+    @cached_property
+    def sides(self) -> tuple[sympy.Symbol, ...]:
+        """A symbol for the side of every knot: 1 where its distance is positive, 0 where it is negative."""
+        return tuple(sympy.Symbol(f"_side.{i}", real=True) for i in range(len(self._switches)))
+
+    @cached_property
+    def held_right_hand_side(self) -> tuple[sympy.Expr, ...]:
+        """The right-hand side whose laws go on smoothly beyond their knots, as `sides` say."""
+        sides = dict(zip(self._switches, self.sides, strict=True))
+        replaced: dict[sympy.Symbol, sympy.Expr] = {}
+        for symbol, expression in self.program.required(self.accelerations).items():
+            smooth = held(expression, sides).xreplace(replaced)
+            if smooth != expression:
+                replaced[symbol] = self.program.let(smooth)
+        return tuple(sympy.sympify(each).xreplace(replaced) for each in self.right_hand_side)
 
     @property
     def operations(self) -> dict[str, int]:

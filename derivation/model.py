@@ -11,6 +11,7 @@ import sympy
 
 from chassym.derivation.compilation.compiled_function import BoundFunction
 from chassym.derivation.compilation.numeric import CompiledEquations
+from chassym.derivation.compilation.point_function import PointFunction
 from chassym.derivation.equations_of_motion import EquationsOfMotion
 from chassym.derivation.equilibrium import design_residual, solve_preloads
 from chassym.derivation.parameters import Parameters
@@ -140,6 +141,26 @@ class Model:
     def accelerations(self) -> BoundFunction:
         """q'' from coordinates, rates, inputs and input rates."""
         return self.compiled.accelerations.bind(self.values)
+
+    @cached_property
+    def right_hand_side(self) -> PointFunction:
+        """Rates of the state from coordinates, rates, inputs and input rates."""
+        return PointFunction(self.compiled.right_hand_side, self.values)
+
+    @cached_property
+    def held_right_hand_side(self) -> PointFunction:
+        """The same with every law held on one side of its knots: 1 or 0 for each follows the arguments."""
+        return PointFunction(self.compiled.held_right_hand_side, self.values)
+
+    @cached_property
+    def right_hand_side_jacobian(self) -> PointFunction:
+        """Derivatives of the right-hand side by coordinates and rates, row by row, of the same arguments."""
+        return PointFunction(self.compiled.right_hand_side_jacobian, self.values)
+
+    @cached_property
+    def state_knot_distances(self) -> PointFunction:
+        """The knot distances, of the same arguments."""
+        return PointFunction(self.compiled.state_knot_distances, self.values)
 
     @cached_property
     def outputs(self) -> BoundFunction:

@@ -91,6 +91,16 @@ class Program:
         """Number of arithmetic operations that evaluate the results, as `sympy.count_ops` counts them."""
         return int(sum(sympy.count_ops(e) for e in (*self.required(results).values(), *results)))
 
+    def substitute(
+        self, results: Sequence[sympy.Expr], values: Mapping[sympy.Symbol, sympy.Expr]
+    ) -> list[sympy.Expr]:
+        """The results with expressions of this program put in for symbols, as further assignments."""
+        replaced = dict(values)
+        for symbol, expression in self.required(results).items():
+            if not replaced.keys().isdisjoint(expression.free_symbols):
+                replaced[symbol] = self.let(expression.xreplace(replaced))
+        return [self.let(expression.xreplace(replaced)) for expression in results]
+
     def expand(self, results: Sequence[sympy.Expr]) -> list[sympy.Expr]:
         """The results written out without intermediate names; for models small enough to read."""
         full: dict[sympy.Symbol, sympy.Expr] = {}

@@ -18,6 +18,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from chassym.derivation.compilation.instructions import LANES
+
 
 @dataclass(frozen=True)
 class Source:
@@ -35,6 +37,8 @@ class Source:
         Where every result stands in the array that the function returns.
     packed
         Assembly text, compressed: it is read only where there is no object code yet.
+    lanes
+        Samples of one pass.
     """
 
     arguments: tuple[str, ...]
@@ -43,6 +47,7 @@ class Source:
     rows: tuple[int, ...]
     columns: tuple[int, ...]
     packed: bytes = field(repr=False)
+    lanes: int = LANES
 
     @property
     def assembly(self) -> str:
@@ -126,6 +131,7 @@ def _source(fields: dict[str, Any]) -> Source:
         tuple(fields["rows"]),
         tuple(fields["columns"]),
         _bytes(fields["packed"]),
+        fields["lanes"],
     )
 
 

@@ -10,7 +10,6 @@ from functools import cached_property
 import numpy as np
 
 from chassym.derivation.compilation import cache, machine_code
-from chassym.derivation.compilation.instructions import LANES
 
 Array = np.ndarray
 _Address = Callable[[int, int, int, int, int, int], None]
@@ -56,9 +55,15 @@ class CompiledFunction:
     def __reduce__(self) -> tuple[type[CompiledFunction], tuple[cache.Entry]]:
         return CompiledFunction, (self.entry,)
 
+    @property
+    def lanes(self) -> int:
+        """Samples that one pass evaluates together."""
+        return self.entry.source.lanes
+
     @cached_property
     def _linked(self) -> machine_code.Linked:
-        return machine_code.link(self._object_code(), ("constants", "kernel"), f"function_{id(self)}")
+        names = ("constants", "kernel", *(("kernel_of_one", "kernel_of_block") if self.lanes == 1 else ()))
+        return machine_code.link(self._object_code(), names, f"function_{id(self)}")
 
     def _object_code(self) -> bytes:
         source = self.entry.source
@@ -76,6 +81,27 @@ class CompiledFunction:
     def _kernel(self) -> _Address:
         return _SIGNATURE(self._linked.addresses["kernel"])
 
+    @property
+    def address(self) -> int:
+        """Address of the machine code of one sample, see `PointFunction`.
+
+        Raises
+        ------
+        AttributeError
+            If the function evaluates several samples together.
+        """
+        return self._address_of_one("kernel_of_one")
+
+    @property
+    def block_address(self) -> int:
+        """Address of the same, of one argument: where the three addresses stand one after the other."""
+        return self._address_of_one("kernel_of_block")
+
+    def _address_of_one(self, name: str) -> int:
+        if self.lanes != 1:
+            raise AttributeError(f"address: the function evaluates {self.lanes} samples together, not one")
+        return self._linked.addresses[name]
+
     def bind(self, values: Mapping[str, float]) -> BoundFunction:
         """The function for given parameter values.
 
@@ -84,7 +110,7 @@ class CompiledFunction:
         KeyError
             If a parameter has no value.
         """
-        return BoundFunction(self, self._constants(values, 1))
+        return BoundFunction(self, self.constants(values, 1))
 
     def of_variants(self, values: Mapping[str, Array | float], arguments: Array) -> Array:
         """Evaluate each sample for parameter values of its own.
@@ -108,19 +134,19 @@ class CompiledFunction:
         ValueError
             If the arguments or a parameter have another shape.
         """
-        constants = self._constants(values, arguments.shape[1])
+        constants = self.constants(values, arguments.shape[1])
         return self.evaluate(arguments, constants, constants.shape[1])
 
-    def _constants(self, values: Mapping[str, Array | float], sets: int) -> Array:
+    def constants(self, values: Mapping[str, Array | float], sets: int) -> Array:
         """Constants of parameter sets as passes take them, shape (passes, rows, lanes).
 
         One set fills all lanes of a pass.
         """
-        given = np.empty((len(self.parameters), _width(sets)))
+        given = np.empty((len(self.parameters), self._width(sets)))
         for row, name in zip(given, self.parameters, strict=True):
             row[:sets] = values[name]
             row[sets:] = row[sets - 1]
-        constants = np.empty((given.shape[1] // LANES, self.entry.source.constants, LANES))
+        constants = np.empty((given.shape[1] // self.lanes, self.entry.source.constants, self.lanes))
         self._prologue(given.ctypes.data, 0, constants.ctypes.data, given.shape[1], given.shape[1], 0)
         return constants
 
@@ -133,22 +159,21 @@ class CompiledFunction:
         count = arguments.shape[1]
         if count == 0:
             return np.empty((len(self.rows), 0))
-        padded = np.empty((len(arguments), _width(count)))
+        padded = np.empty((len(arguments), self._width(count)))
         padded[:, :count] = arguments
         padded[:, count:] = arguments[:, -1:]
         results = np.empty((len(self.rows), padded.shape[1]))
-        filled = -(-count // LANES) * LANES
+        filled = -(-count // self.lanes) * self.lanes
         addresses = padded.ctypes.data, constants.ctypes.data, results.ctypes.data
         self._kernel(*addresses, filled, padded.shape[1], step)
         return results[:, :count]
 
+    def _width(self, samples: int) -> int:
+        """Columns for whole passes.
 
-def _width(samples: int) -> int:
-    """Columns for whole passes.
-
-    An odd number of lane groups per row keeps rows from falling on the same cache lines.
-    """
-    return LANES * (-(-samples // LANES) | 1)
+        An odd number of lane groups per row keeps rows from falling on the same cache lines.
+        """
+        return self.lanes * (-(-samples // self.lanes) | 1)
 
 
 class BoundFunction:
@@ -190,14 +215,15 @@ class BoundFunction:
 
     def single(self) -> Callable[[Array], Array]:
         """A function of one sample, shape (arguments,), that reuses its buffers: for inner loops."""
-        arguments = np.zeros((len(self.function.arguments), LANES))
-        results = np.zeros((len(self.rows), LANES))
+        lanes = self.function.lanes
+        arguments = np.zeros((len(self.function.arguments), lanes))
+        results = np.zeros((len(self.rows), lanes))
         addresses = arguments.ctypes.data, self._constants.ctypes.data, results.ctypes.data
         kernel, keep = self.function._kernel, (self._constants, self.function)
 
         def evaluate(sample: Array) -> Array:
             arguments[:] = sample[:, None]
-            kernel(*addresses, LANES, LANES, 0)
+            kernel(*addresses, lanes, lanes, 0)
             return results[:, 0].copy()
 
         evaluate.owners = keep  # type: ignore[attr-defined]

@@ -16,6 +16,7 @@ import sympy
 from chassym.derivation.compilation import cache, machine_code
 from chassym.derivation.compilation.assembly import assembly
 from chassym.derivation.compilation.compiled_function import CompiledFunction
+from chassym.derivation.compilation.instructions import LANES
 from chassym.derivation.compilation.parts import Kernel
 from chassym.derivation.compilation.structure import describe
 from chassym.derivation.equations_of_motion import EquationsOfMotion
@@ -41,6 +42,14 @@ def _matrix(rows: Sequence[Sequence[sympy.Expr]]) -> _Results:
     """The entries that are not structurally zero."""
     places = [(i, j) for i, row in enumerate(rows) for j, entry in enumerate(row) if entry != 0]
     return _Results([rows[i][j] for i, j in places], tuple(i for i, _ in places), tuple(j for _, j in places))
+
+
+def _full(rows: Sequence[Sequence[sympy.Expr]]) -> _Results:
+    """All entries, row by row."""
+    places = [(i, j) for i, row in enumerate(rows) for j in range(len(row))]
+    return _Results(
+        [e for row in rows for e in row], tuple(i for i, _ in places), tuple(j for _, j in places)
+    )
 
 
 class CompiledEquations:
@@ -105,14 +114,51 @@ class CompiledEquations:
         return self._function("accelerations", lambda e: _vector(e.accelerations))
 
     @cached_property
+    def right_hand_side(self) -> CompiledFunction:
+        """Rates of the state from `EquationsOfMotion.state_arguments`, one sample at a time, length 2 n."""
+        return self._of_one_state("right_hand_side", lambda e: _vector(e.right_hand_side))
+
+    @cached_property
+    def right_hand_side_jacobian(self) -> CompiledFunction:
+        """Derivatives of the right-hand side by the state, of the same arguments, row by row, zeros too."""
+        return self._of_one_state("right_hand_side_jacobian", lambda e: _full(e.right_hand_side_jacobian))
+
+    @cached_property
+    def state_knot_distances(self) -> CompiledFunction:
+        """The knot distances, of the same arguments, one sample at a time."""
+        return self._of_one_state("state_knot_distances", lambda e: _vector(e.knot_distances))
+
+    @cached_property
+    def held_right_hand_side(self) -> CompiledFunction:
+        """The right-hand side with every law held on one side of its knots, one sample at a time.
+
+        Its arguments are those of the right-hand side and then `EquationsOfMotion.sides`.
+        """
+        return self._function(
+            "held_right_hand_side",
+            lambda e: _vector(e.held_right_hand_side),
+            lambda e: (*e.state_arguments, *e.sides),
+            lanes=1,
+        )
+
+    def _of_one_state(self, name: str, choose: Callable[[EquationsOfMotion], _Results]) -> CompiledFunction:
+        return self._function(name, choose, lambda e: e.state_arguments, lanes=1)
+
+    @cached_property
     def outputs(self) -> CompiledFunction:
         """Every output of the system."""
         return self._function("outputs", lambda e: _vector(list(e.outputs.values())))
 
     @cached_property
     def knot_distances(self) -> CompiledFunction:
-        """Expressions whose change of sign along a motion makes the residual jump or bend."""
-        return self._function("knot_distances", lambda e: _vector(e.knot_distances))
+        """Expressions whose change of sign along a motion makes the residual jump or bend.
+
+        Instead of a column, each has the number of its `EquationsOfMotion.kinks`.
+        """
+        return self._function(
+            "knot_distances",
+            lambda e: _Results(e.knot_distances, tuple(range(len(e.kinks))), tuple(map(int, e.kinks))),
+        )
 
     @cached_property
     def singularities(self) -> CompiledFunction:
@@ -194,11 +240,12 @@ class CompiledEquations:
         name: str,
         choose: Callable[[EquationsOfMotion], _Results],
         vary: Callable[[EquationsOfMotion], Sequence[sympy.Symbol]] = lambda e: e.arguments,
+        lanes: int = LANES,
     ) -> CompiledFunction:
         """A function of results that are chosen among the equations' expressions, and of what varies."""
 
         def build() -> cache.Source:
-            return _generate(self.equations.program, choose(self.equations), vary(self.equations))
+            return _generate(self.equations.program, choose(self.equations), vary(self.equations), lanes)
 
         def compiled() -> bytes:
             return machine_code.compile_assembly(source.assembly)
@@ -241,7 +288,9 @@ def _derivatives(equations: EquationsOfMotion, names: Sequence[str]) -> list[lis
     return equations.jacobian([symbols[name] for name in names])
 
 
-def _generate(program: Program, results: _Results, varying_symbols: Sequence[sympy.Symbol]) -> cache.Source:
+def _generate(
+    program: Program, results: _Results, varying_symbols: Sequence[sympy.Symbol], lanes: int
+) -> cache.Source:
     """Assembly of expressions: what depends on parameters alone is evaluated once for each parameter set."""
     arguments = {symbol: row for row, symbol in enumerate(varying_symbols)}
     fixed, varying = _separate(program, results.entries, arguments)
@@ -254,10 +303,10 @@ def _generate(program: Program, results: _Results, varying_symbols: Sequence[sym
     rows = {symbol: row for row, symbol in enumerate(names)}
     prologue = Kernel("constants", rows, {}, {s: fixed[s] for s in needed}, list(constants), by_pass=True)
     kernel = Kernel("kernel", arguments, constants, varying, results.entries)
-    packed = cache.pack(assembly([prologue, kernel]))
+    packed = cache.pack(assembly([prologue, kernel], lanes))
     parameters = tuple(symbol.name for symbol in names)
     taken = tuple(symbol.name for symbol in arguments)
-    return cache.Source(taken, parameters, len(constants), results.rows, results.columns, packed)
+    return cache.Source(taken, parameters, len(constants), results.rows, results.columns, packed, lanes)
 
 
 def _separate(

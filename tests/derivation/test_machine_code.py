@@ -25,8 +25,9 @@ from chassym.derivation import (
     load_model,
     prismatic,
 )
-from chassym.derivation.compilation.assembly import UnsupportedExpressionError, assembly
+from chassym.derivation.compilation.assembly import assembly
 from chassym.derivation.compilation.compiled_function import CompiledFunction
+from chassym.derivation.compilation.expressions import UnsupportedExpressionError
 from chassym.derivation.compilation.instructions import LANES
 from chassym.derivation.compilation.machine_code import compile_assembly, link
 from chassym.derivation.compilation.parts import Kernel, divide, in_order_of_need, scratch_places
