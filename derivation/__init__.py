@@ -9,9 +9,10 @@ from chassym.derivation.characteristic import (
     Polynomial,
     Unilateral,
 )
-from chassym.derivation.compilation.assembly import UnsupportedExpressionError
 from chassym.derivation.compilation.compiled_function import BoundFunction, CompiledFunction
+from chassym.derivation.compilation.expressions import UnsupportedExpressionError
 from chassym.derivation.compilation.numeric import CompiledEquations
+from chassym.derivation.compilation.point_function import PointFunction
 from chassym.derivation.direction import Direction
 from chassym.derivation.element import ElementAnswer, ForceElement
 from chassym.derivation.energies import Energies
@@ -69,6 +70,7 @@ from chassym.derivation.table_numbers import TableNumbers
 from chassym.derivation.values import build_model
 from chassym.derivation.variants import Variants, variants
 from chassym.derivation.vehicles.library import load_model, vehicle_names
+from chassym.derivation.vehicles.lifting_tyres import with_lifting_tyres
 
 __all__ = [
     "Actuator",
@@ -114,6 +116,7 @@ __all__ = [
     "Point",
     "PointAcceleration",
     "PointDisplacement",
+    "PointFunction",
     "PointPosition",
     "PointVelocity",
     "Polynomial",
@@ -148,5 +151,6 @@ __all__ = [
     "to_latex",
     "vehicle_names",
     "weld",
+    "with_lifting_tyres",
     "variants",
 ]

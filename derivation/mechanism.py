@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import sympy
 
@@ -82,6 +82,33 @@ class Mechanism:
         for name, value in vars(self).items():
             if isinstance(value, list | Names):
                 setattr(taken, name, value.copy())
+        return taken
+
+    def with_characteristics(self, changes: Mapping[str, Characteristic]) -> Mechanism:
+        """The mechanism as it is now, with other laws for some of its force elements.
+
+        Parameters
+        ----------
+        changes
+            Characteristic by the element's name.
+
+        Raises
+        ------
+        MechanismError
+            If there is no element of a name.
+        """
+        names = {element.name for element in self.elements}
+        for name in changes:
+            if name not in names:
+                raise MechanismError(f"element {name!r}: {self.name} has {', '.join(sorted(names))}")
+        changed = {
+            element: replace(element, characteristic=changes[element.name])
+            for element in self.elements
+            if element.name in changes
+        }
+        taken = self.snapshot()
+        taken.elements = [changed.get(element, element) for element in self.elements]
+        taken.outputs = [output.of_elements(changed) for output in self.outputs]
         return taken
 
     def __repr__(self) -> str:

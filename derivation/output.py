@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import sympy
 
@@ -64,6 +64,10 @@ class Output(ABC):
     @abstractmethod
     def expression(self, measured: Measured) -> sympy.Expr:
         """The quantity in the program's names."""
+
+    def of_elements(self, changed: Mapping[ForceElement, ForceElement]) -> Output:
+        """The same quantity where other elements take the place of some."""
+        return self
 
 
 class Directed(Output):
@@ -245,6 +249,10 @@ class ElementForce(Output):
         """The force (N or N m)."""
         return measured.forces[self.element.name]
 
+    def of_elements(self, changed: Mapping[ForceElement, ForceElement]) -> Output:
+        """The force of the element that takes this one's place."""
+        return replace(self, element=changed.get(self.element, self.element))
+
 
 @dataclass(frozen=True, eq=False)
 class ContactForce(ElementForce):
@@ -277,6 +285,11 @@ class UserOutput(Output):
     def unit(self) -> str:
         """SI unit."""
         return self.si_unit
+
+    def of_elements(self, changed: Mapping[ForceElement, ForceElement]) -> Output:
+        """The same formula of the other elements' quantities."""
+        quantities = {symbol: output.of_elements(changed) for symbol, output in self.quantities.items()}
+        return replace(self, quantities=quantities)
 
     def expression(self, measured: Measured) -> sympy.Expr:
         """The expression in the program's names."""
