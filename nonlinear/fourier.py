@@ -5,6 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 
+def samples_for(harmonics: int) -> int:
+    """Samples of one period: more than four to each of the highest harmonic, a power of two.
+
+    The harmonics of a cube, up to three times as high, then leave those that are balanced alone.
+    """
+    return 1 << (4 * harmonics).bit_length()
+
+
 def samples(coefficients: np.ndarray, count: int) -> np.ndarray:
     """Values at `count` equidistant phases, shape (signals, count), of coefficients (signals, H + 1)."""
     spectrum = 0.5 * count * coefficients

@@ -14,12 +14,10 @@ from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
 
 from chassym.derivation import Model
 from chassym.nonlinear import fourier
+from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation import Harmonic
+from chassym.nonlinear.harmonic_equations import HarmonicEquations
 from chassym.nonlinear.orbit import Orbit
-
-
-class NoPeriodicOrbitError(RuntimeError):
-    """The iteration found no periodic orbit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,15 +42,16 @@ class Balance:
     factors: tuple[np.ndarray, np.ndarray]
 
 
-def samples_for(harmonics: int) -> int:
-    """Samples of one period: four to each of the highest harmonic, a power of two."""
-    return 1 << (4 * harmonics - 1).bit_length()
-
-
 def balance_residual(orbit: Orbit) -> np.ndarray:
     """Complex residual of every harmonic, shape (n, harmonics + 1), N or N m."""
-    arguments = orbit.arguments(samples_for(orbit.harmonics))
+    arguments = orbit.arguments(fourier.samples_for(orbit.harmonics))
     return fourier.coefficients(orbit.model.residual(arguments), orbit.harmonics)
+
+
+def jacobian(orbit: Orbit) -> np.ndarray:
+    """Exact derivative of the packed residual by the packed coefficients."""
+    equations = HarmonicEquations.of(orbit)
+    return equations.jacobian(equations.arguments(fourier.packed(orbit.coefficients)))
 
 
 def relative_correction(change: np.ndarray, coefficients: np.ndarray) -> float:
@@ -70,24 +69,38 @@ def newton(orbit: Orbit, tolerance: float, most: int = 25) -> Balance:
     NoPeriodicOrbitError
         If the corrections do not fall below the tolerance.
     """
+    equations, unknowns = HarmonicEquations.of(orbit), fourier.packed(orbit.coefficients)
     correction = np.inf
     for iteration in range(1, most + 1):
-        residual = fourier.packed(balance_residual(orbit))
-        factors = _factorised(orbit)
-        change = fourier.unpacked(lu_solve(factors, residual, check_finite=False), orbit.model.size)
-        orbit = replace(orbit, coefficients=orbit.coefficients - change)
-        correction = relative_correction(change, orbit.coefficients)
+        arguments = equations.arguments(unknowns)
+        factors = _factorised(equations, arguments)
+        change = lu_solve(factors, equations.residual(arguments), check_finite=False)
+        unknowns = unknowns - change
+        correction = packed_correction(change, unknowns, orbit.harmonics)
         if not np.isfinite(correction):
             break
         if correction < tolerance:
-            return Balance(orbit, iteration, correction, factors)
+            return Balance(equations.orbit(unknowns), iteration, correction, factors)
     raise NoPeriodicOrbitError(
         f"harmonic balance at {orbit.excitation.frequency_hz:g} Hz: the last of {iteration} corrections was "
         f"{correction:.2g} of the motion, {tolerance:g} is needed; start from a smaller amplitude"
     )
 
 
-def _factorised(orbit: Orbit) -> tuple[np.ndarray, np.ndarray]:
+def packed_correction(change: np.ndarray, unknowns: np.ndarray, harmonics: int) -> float:
+    """`relative_correction` of packed unknowns, to within a factor of the square root of two."""
+    orders = _orders(harmonics)
+    scale = max(np.abs(orders * unknowns.reshape(-1, len(orders))).max(), 1e-9)
+    return float(np.abs(np.maximum(orders, 1) * change.reshape(-1, len(orders))).max() / scale)
+
+
+def _orders(harmonics: int) -> np.ndarray:
+    """Order of the harmonic of every real unknown of one signal."""
+    orders = np.arange(harmonics + 1)
+    return np.concatenate([orders, orders[1:]])
+
+
+def _factorised(equations: HarmonicEquations, arguments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """LU factors of the Jacobian.
 
     Raises
@@ -95,63 +108,30 @@ def _factorised(orbit: Orbit) -> tuple[np.ndarray, np.ndarray]:
     NoPeriodicOrbitError
         If it is singular or not finite: an orbit is then not unique, or the motion has run away.
     """
-    matrix = jacobian(orbit)
-    if not np.all(np.isfinite(matrix)):
+    model, frequency_hz = equations.model, equations.excitation.frequency_hz
+    matrix = equations.jacobian(arguments)
+    if not np.isfinite(matrix.sum()):
         raise NoPeriodicOrbitError(
-            f"harmonic balance at {orbit.excitation.frequency_hz:g} Hz: the motion is no longer finite; "
+            f"harmonic balance at {frequency_hz:g} Hz: the motion is no longer finite; "
             "start from a smaller amplitude"
         )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", LinAlgWarning)
-        factors = lu_factor(matrix, check_finite=False)
-    pivots = np.abs(np.diag(factors[0])).reshape(orbit.model.size, -1).min(axis=1)
+        factors = lu_factor(matrix, overwrite_a=True, check_finite=False)
+    pivots = np.abs(np.diag(factors[0])).reshape(model.size, -1).min(axis=1)
     if pivots.min() <= 1e-14 * pivots.max():
-        loose = orbit.model.system.coordinates[int(pivots.argmin())].name
+        loose = model.system.coordinates[int(pivots.argmin())].name
         raise NoPeriodicOrbitError(
-            f"harmonic balance at {orbit.excitation.frequency_hz:g} Hz: nothing holds the mean position, "
+            f"harmonic balance at {frequency_hz:g} Hz: nothing holds the mean position, "
             f"about coordinate {loose!r}; give it some stiffness"
         )
     return factors
 
 
-def jacobian(orbit: Orbit) -> np.ndarray:
-    """Exact derivative of the packed residual by the packed coefficients."""
-    count, n = samples_for(orbit.harmonics), orbit.model.size
-    function = orbit.model.residual_jacobian
-    entries = function(orbit.arguments(count))
-    kinds, columns = np.divmod(function.columns, n)
-    width = 2 * orbit.harmonics + 1
-    series = np.zeros((n * n, count, width))
-    for kind, shape in enumerate(_derivative_bases(orbit)):
-        chosen = kinds == kind
-        series[function.rows[chosen] * n + columns[chosen]] += entries[chosen][:, :, None] * shape
-    blocks = _analysis(orbit.harmonics, count) @ series
-    return np.asarray(blocks.reshape(n, n, width, width).transpose(0, 2, 1, 3).reshape(n * width, n * width))
-
-
-def _analysis(harmonics: int, count: int) -> np.ndarray:
-    """Matrix from the samples of one signal to its real unknowns, shape (2 H + 1, count)."""
-    matrix = fourier.basis(harmonics, count).T * (2.0 / count)
-    matrix[0] *= 0.5
-    return matrix
-
-
-def _derivative_bases(orbit: Orbit) -> list[np.ndarray]:
-    """Matrices from one signal's real unknowns to samples of the signal, its rate and its acceleration."""
-    harmonics, count = orbit.harmonics, samples_for(orbit.harmonics)
-    frequency = orbit.excitation.angular_frequency
-    base = fourier.basis(harmonics, count)
-    rates = np.zeros_like(base)
-    orders = frequency * np.arange(1, harmonics + 1)
-    rates[:, 1 : harmonics + 1] = orders * base[:, harmonics + 1 :]
-    rates[:, harmonics + 1 :] = -orders * base[:, 1 : harmonics + 1]
-    squares = np.concatenate([[0.0], orders**2, orders**2])
-    return [base, rates, -squares * base]
-
-
-def at_rest(model: Model, excitation: Harmonic, harmonics: int) -> Orbit:
+def at_rest(model: Model, excitation: Harmonic, harmonics: int, subharmonic: int = 1) -> Orbit:
     """The orbit that does not move: Newton's first step from it is the linear response."""
-    return Orbit(model, excitation, np.zeros((model.size, harmonics + 1), dtype=complex))
+    still = np.zeros((model.size, harmonics + 1), dtype=complex)
+    return Orbit(model, excitation, still, subharmonic)
 
 
 class Extension:
@@ -166,7 +146,7 @@ class Extension:
         self._low = balance.orbit
         self._factors = balance.factors
         function = balance.orbit.model.residual_jacobian
-        entries = function(balance.orbit.arguments(samples_for(balance.orbit.harmonics)))
+        entries = function(balance.orbit.arguments(fourier.samples_for(balance.orbit.harmonics)))
         mean = np.zeros((balance.orbit.model.size, 3 * balance.orbit.model.size))
         mean[function.rows, function.columns] = entries.mean(axis=1)
         self._stiffness, self._damping, self._mass = np.split(mean, 3, axis=1)
@@ -205,5 +185,5 @@ class Extension:
     def _mean_receptance(self, harmonics: int) -> np.ndarray:
         """Inverse of the mean dynamic stiffness of every high harmonic, shape (high harmonics, n, n)."""
         orders = np.arange(self._low.harmonics + 1, harmonics + 1)
-        s = 1j * self._low.excitation.angular_frequency * orders[:, None, None]
+        s = 1j * self._low.angular_frequency * orders[:, None, None]
         return np.linalg.inv(self._stiffness + s * self._damping + s**2 * self._mass)

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chassym.derivation import ContactForce, Model, Unilateral
-from chassym.derivation.system import Measurement
-from chassym.nonlinear.harmonic_balance import samples_for
-from chassym.nonlinear.orbit import Orbit
-from chassym.nonlinear.peaks import extremes
+from chassym.derivation import Model
+from chassym.nonlinear.patches import carries_by_contact, patch_of
+from chassym.nonlinear.periodic_orbit import PeriodicOrbit
+from chassym.nonlinear.piecewise_orbit import PiecewiseOrbit
 
-_ROUNDING = 1e-12
+Array = np.ndarray
+
+ROUNDING = 1e-12
 """Movements below this (SI units) are those of rounding: forces of thousands of newtons cancel at rest."""
 
 _NEGLIGIBLE = 1e-3
@@ -53,37 +54,40 @@ class Reader:
         for name in names:
             if name not in outputs:
                 raise KeyError(f"output {name!r}: {model.system.name} has {', '.join(outputs)}")
-        self.patches = [output.name for output in model.system.outputs if _may_lift(output)]
+        self.patches = [output.name for output in model.system.outputs if carries_by_contact(output)]
         self.names = [*names, *self.patches]
         self.units = [outputs[name][1] for name in self.names]
         self._rows = [outputs[name][0] for name in self.names]
         self._peaks = len(names)
+        at_rest = np.abs(model.outputs(np.zeros((model.argument_count, 1)))[self._rows, 0])
+        at_rest[: self._peaks] = 0.0
+        self._least_scale = np.maximum(at_rest, ROUNDING)
 
-    def read(self, orbit: Orbit) -> np.ndarray:
+    def read(self, orbit: PeriodicOrbit) -> Array:
         """Peak-to-peak values, then smallest patch forces."""
-        low, high = extremes(orbit, self._rows, samples_for(orbit.harmonics))
+        return self._values(*orbit.extremes(self._rows))
+
+    def read_iterated(self, orbit: PiecewiseOrbit) -> Array:
+        """The same of the orbit after an iteration of Picard's."""
+        return self._values(*orbit.iterated_extremes(self._rows))
+
+    def _values(self, low: Array, high: Array) -> Array:
         return np.concatenate([(high - low)[: self._peaks], low[self._peaks :]])
 
-    def scale(self, reading: np.ndarray) -> np.ndarray:
-        """What an error of every value is compared with."""
+    def scale(self, reading: Array) -> Array:
+        """What an error of every value is compared with: of a patch force, at least that at rest."""
         sizes = np.abs(reading)
         largest = {
             unit: max(s for s, u in zip(sizes, self.units, strict=True) if u == unit) for unit in self.units
         }
-        return np.maximum(sizes, _NEGLIGIBLE * np.array([largest[unit] for unit in self.units]))
+        of_unit = np.array([largest[unit] for unit in self.units])
+        return np.maximum.reduce([sizes, _NEGLIGIBLE * of_unit, self._least_scale])
 
-    def is_settled(self, readings: Sequence[np.ndarray], tolerance: float) -> bool:
+    def is_settled(self, reading: Array, error: Array, tolerance: float) -> bool:
         """Whether every error is within the tolerance, relative to its value."""
-        allowed = tolerance * self.scale(readings[-1]) + 2 * _ROUNDING
-        return len(readings) > 2 and bool(np.all(self.error(readings) <= allowed))
+        return bool(np.all(error <= tolerance * self.scale(reading) + 2 * ROUNDING))
 
-    def error(self, readings: Sequence[np.ndarray]) -> np.ndarray:
-        """Error estimate of the last reading, as `steady_state` describes it."""
-        moved = np.abs(np.diff(readings[-4:], axis=0))[::-1]
-        expected = moved * 0.25 ** np.arange(len(moved))[:, None]
-        return np.asarray(2 * expected.max(axis=0) + _ROUNDING)
-
-    def results(self, reading: np.ndarray, error: np.ndarray) -> tuple[dict[str, Metric], Contact | None]:
+    def results(self, reading: Array, error: Array) -> tuple[dict[str, Metric], Contact | None]:
         """The peak-to-peak values by name, and the worst patch."""
         values = [Metric(float(v), u, float(e)) for v, u, e in zip(reading, self.units, error, strict=True)]
         peaks = dict(zip(self.names[: self._peaks], values, strict=False))
@@ -91,11 +95,4 @@ class Reader:
         if not forces:
             return peaks, None
         worst = min(forces, key=lambda name: forces[name].value)
-        patch = worst.removesuffix("patch_force_z").removesuffix("_")
-        return peaks, Contact(forces[worst].value, forces[worst].error, patch)
-
-
-def _may_lift(output: Measurement) -> bool:
-    """Whether an output is the force of a support that can only push."""
-    named = output.name.endswith("patch_force_z")
-    return named or isinstance(output, ContactForce) and isinstance(output.element.characteristic, Unilateral)
+        return peaks, Contact(forces[worst].value, forces[worst].error, patch_of(worst))

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from chassym.nonlinear.orbit import Orbit
+if TYPE_CHECKING:
+    from chassym.nonlinear.orbit import Orbit
 
 _POINTS = 17
 _REFINEMENTS = 4

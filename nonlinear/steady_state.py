@@ -1,77 +1,51 @@
-"""The steady state of a harmonic test: orbit, metrics with their errors, stability and contact."""
+"""The steady state of a harmonic test: its orbit, and what is read off it with an estimate of the error."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from chassym.derivation import Model
+from chassym.nonlinear.continuation import first_orbit
+from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation import Harmonic
-from chassym.nonlinear.floquet import multipliers
-from chassym.nonlinear.harmonic_balance import (
-    Balance,
-    Extension,
-    NoPeriodicOrbitError,
-    at_rest,
-    newton,
-)
-from chassym.nonlinear.metrics import Contact, Metric, Reader
+from chassym.nonlinear.fourier import coefficients
+from chassym.nonlinear.metrics import ROUNDING, Reader
 from chassym.nonlinear.orbit import Orbit
+from chassym.nonlinear.periodic_orbit import PeriodicOrbit
+from chassym.nonlinear.refinement import Refined, refinements
+from chassym.nonlinear.result import Statistics, SteadyState
+from chassym.nonlinear.simulate import SimulationError, simulate
+from chassym.nonlinear.threads import one_thread
 
-_BLAS = ThreadpoolController()
-"""The matrices are too small for several threads: handing them out costs more than it saves."""
+Array = np.ndarray
 
-NEWTON_HARMONICS = 10
-"""Harmonics balanced by Newton's method; the chord iteration takes over from there."""
+_HARMONICS = ((3, 7), (15,))
+"""Harmonics of the guesses that a refinement may start from: some are balanced by way of fewer ones."""
 
-NEWTON_TOLERANCE = 1e-2
-"""Relative correction at which Newton's method hands over: from there the chord iteration is cheaper."""
+_WAITED_PERIODS, _WAITED_SAMPLES = 40, 512
+"""Periods that a motion from rest goes on where no harmonics balance, and samples of the period after."""
 
-MOST_HARMONICS = 2560
-"""Where the refinement gives up."""
+_BALANCED = 0.1
+"""Relative correction at which a guess is good enough."""
 
+_ROUGH = 10.0
+"""Roughness of a piece that stays whole, by the square root of the tolerance."""
 
-@dataclass(frozen=True, eq=False)
-class SteadyState:
-    """The periodic response to a harmonic excitation.
+_NEAR = 0.3
+"""Largest last correction, by the square root of the tolerance: the next would be about its square."""
 
-    Attributes
-    ----------
-    orbit
-        The orbit, with as many harmonics as the tolerance took.
-    peak_to_peak
-        Metric of every output asked for, by the output's name.
-    contact
-        Smallest vertical patch force: of the outputs called ``..patch_force_z`` and of the contact forces of
-        unilateral elements. None for a system without any.
-    harmonics
-        Highest harmonic balanced.
-    iterations
-        Iterations of all solves together.
-    correction
-        Last relative correction of the orbit's rates.
-    """
+_INSIDE = 4.0
+"""By how much the error inside pieces is taken to exceed what an iteration of Picard's changes."""
 
-    orbit: Orbit = field(repr=False)
-    peak_to_peak: Mapping[str, Metric]
-    contact: Contact | None
-    harmonics: int
-    iterations: int
-    correction: float
+_SHRUNK, _NEWTON = 0.06, 10.0
+"""Part of a metric's last movement that is left as error, and a further part by the last correction."""
 
-    @cached_property
-    def multipliers(self) -> np.ndarray:
-        """Floquet multipliers, largest magnitude first."""
-        return multipliers(self.orbit)
-
-    @property
-    def is_stable(self) -> bool:
-        """Whether small deviations die out."""
-        return bool(np.abs(self.multipliers[0]) < 1)
+_LEAST = 0.03
+"""Part of the error of the middle metric that every metric is taken to have at least."""
 
 
 def steady_state(
@@ -80,14 +54,16 @@ def steady_state(
     *,
     metrics: Sequence[str] | None = None,
     tolerance: float = 1e-3,
-    start: Orbit | None = None,
+    start: PeriodicOrbit | None = None,
+    subharmonic: int = 1,
 ) -> SteadyState:
     """Find the periodic response and measure it.
 
-    The number of harmonics is doubled until no metric moves by more than the tolerance. Corners of the forces
-    make errors fall as 1/H^2, so what remains is about a third of a metric's last movement; but the movements
-    scatter. The error stated is therefore twice the largest of the last three movements, the earlier ones
-    counted by a quarter and a sixteenth.
+    A few balanced harmonics are cut in pieces where the motion passes the knots of tables, and refined there
+    by collocation, until no metric is expected to be further off than the tolerance. Two things tell how far:
+    what an iteration of Picard's, integrating the accelerations that the motion asks for, would change; and
+    what the last step changed, of which a small part is left. Their factors were chosen such that the error
+    stated covers 19 of 20 true ones, of random vehicles in random tests, without exceeding them by much.
 
     Parameters
     ----------
@@ -97,6 +73,8 @@ def steady_state(
         Largest stated error, relative to the metric.
     start
         A neighbouring orbit to start from.
+    subharmonic
+        Periods of the excitation after which the orbit repeats.
 
     Raises
     ------
@@ -110,52 +88,36 @@ def steady_state(
         If no periodic orbit is found, the tolerance is not reached, or a rotation sequence comes too near its
         singularity.
     """
+    reader = checked_reader(model, metrics, tolerance)
+    reasons = []
+    with one_thread():
+        for guess in _guesses(model, excitation, start, subharmonic):
+            try:
+                return _refined(guess, reader, tolerance)
+            except NoPeriodicOrbitError as error:
+                reasons.append(error)
+    raise reasons[0]
+
+
+def checked_reader(model: Model, metrics: Sequence[str] | None, tolerance: float) -> Reader:
+    """What reads the metrics.
+
+    Raises
+    ------
+    KeyError
+        If the model lacks an output that is asked for.
+    ValueError
+        If the tolerance is not a positive number, or there is nothing to measure.
+    """
     if not tolerance > 0:
         raise ValueError(f"tolerance: {tolerance!r} received; a positive number is needed")
-    with _BLAS.limit(limits=1, user_api="blas"):
-        return _steady_state(model, excitation, metrics, tolerance, start)
-
-
-def _steady_state(
-    model: Model,
-    excitation: Harmonic,
-    metrics: Sequence[str] | None,
-    tolerance: float,
-    start: Orbit | None,
-) -> SteadyState:
     reader = Reader(model, measured_names(model) if metrics is None else metrics)
     if not reader.names:
         raise ValueError(
             f"metrics: none to measure; {model.system.name} has "
             f"{', '.join(model.output_names) or 'no outputs'}"
         )
-    low = _low_harmonics(model, excitation, start)
-    extension = Extension(low)
-    balance, iterations = low, low.iterations
-    readings: list[np.ndarray] = []
-    harmonics = NEWTON_HARMONICS
-    while harmonics < MOST_HARMONICS:
-        harmonics *= 2
-        balance = extension.solve(balance.orbit, harmonics, tolerance=max(1e-2 * tolerance, 1e-12))
-        iterations += balance.iterations
-        readings.append(reader.read(balance.orbit))
-        if reader.is_settled(readings, tolerance):
-            _refuse_singular(balance.orbit)
-            peaks, contact = reader.results(readings[-1], reader.error(readings))
-            return SteadyState(balance.orbit, peaks, contact, harmonics, iterations, balance.correction)
-    error = reader.error(readings)
-    worst = int(np.argmax(error / reader.scale(readings[-1])))
-    raise NoPeriodicOrbitError(
-        f"{reader.names[worst]} = {readings[-1][worst]:.6g} {reader.units[worst]} still has an error of "
-        f"{error[worst]:.2g} at {harmonics} harmonics, a relative {tolerance:g} was asked for; "
-        "ask for less accuracy"
-    )
-
-
-def _refuse_singular(orbit: Orbit) -> None:
-    near = orbit.nearest_singularity
-    if near is not None and near.is_harmful:
-        raise NoPeriodicOrbitError(f"at {orbit.excitation.frequency_hz:g} Hz {near.refusal}")
+    return reader
 
 
 def measured_names(model: Model) -> list[str]:
@@ -163,22 +125,77 @@ def measured_names(model: Model) -> list[str]:
     return [o.name for o in model.system.outputs if o.unit in ("m/s^2", "rad/s")]
 
 
-def _low_harmonics(model: Model, excitation: Harmonic, start: Orbit | None) -> Balance:
-    """The low harmonics by Newton's method; where it fails, by way of a smaller amplitude."""
-    initial = at_rest(model, excitation, NEWTON_HARMONICS)
-    if start is not None:
-        kept = min(start.harmonics, NEWTON_HARMONICS) + 1
-        initial.coefficients[:, :kept] = start.coefficients[:, :kept]
-    factor, step = 1.0, 1.0
-    while True:
-        try:
-            balance = newton(Orbit(model, excitation.scaled(factor), initial.coefficients), NEWTON_TOLERANCE)
-        except NoPeriodicOrbitError:
-            step *= 0.5
-            if step < 1 / 64:
-                raise
-            factor -= step
-            continue
-        if factor == 1.0:
-            return balance
-        initial, factor = balance.orbit, min(1.0, factor + step)
+def _guesses(
+    model: Model, excitation: Harmonic, start: PeriodicOrbit | None, subharmonic: int
+) -> Iterator[PeriodicOrbit]:
+    """Orbits to start from, the cheapest first."""
+    if start is not None and start.subharmonic == subharmonic:
+        yield replace(start.under(excitation), model=model)
+    for way in _HARMONICS:
+        with suppress(NoPeriodicOrbitError):
+            yield _balanced(model, excitation, way, subharmonic)
+    yield _after_waiting(model, excitation, subharmonic)
+
+
+def _balanced(model: Model, excitation: Harmonic, way: Sequence[int], subharmonic: int) -> Orbit:
+    """An orbit of a few harmonics, by way of fewer ones."""
+    orbit = None
+    for harmonics in way:
+        order = harmonics * subharmonic
+        found = first_orbit(model, excitation, order, orbit, subharmonic=subharmonic, tolerance=_BALANCED)
+        orbit = found.orbit
+    return found.orbit
+
+
+def _after_waiting(model: Model, excitation: Harmonic, subharmonic: int) -> Orbit:
+    """The motion from rest after a while, as if it repeated itself then."""
+    last = subharmonic * np.arange(_WAITED_SAMPLES) / _WAITED_SAMPLES
+    times = excitation.period_s * np.concatenate([[0.0], _WAITED_PERIODS * subharmonic + last])
+    try:
+        moved = simulate(model, excitation, times, relative_tolerance=1e-6).states[: model.size, 1:]
+    except SimulationError as error:
+        raise NoPeriodicOrbitError(str(error)) from None
+    return Orbit(model, excitation, coefficients(moved, _WAITED_SAMPLES // 8), subharmonic)
+
+
+def _refined(guess: PeriodicOrbit, reader: Reader, tolerance: float) -> SteadyState:
+    before: Array | None = None
+    for found in refinements(guess, rough=_ROUGH * np.sqrt(tolerance)):
+        reading = reader.read(found.orbit)
+        if before is not None:
+            error = _expected_error(reader, found, before, reading)
+            is_near = found.correction <= _NEAR * np.sqrt(tolerance)
+            if is_near and reader.is_settled(reading, error, tolerance):
+                refuse_singular(found.orbit)
+                peaks, contact = reader.results(reading, error)
+                unknowns = found.orbit.accelerations.size + found.orbit.starts.size
+                statistics = Statistics("collocation", unknowns, found.iterations, found.correction)
+                return SteadyState(found.orbit, peaks, contact, statistics)
+        before = reading
+    worst = int(np.argmax(error / reader.scale(reading)))
+    raise NoPeriodicOrbitError(
+        f"{reader.names[worst]} = {reading[worst]:.6g} {reader.units[worst]} still has an error of "
+        f"{error[worst]:.2g} with {found.orbit.points} points in each of {len(found.orbit.starts)} pieces, a "
+        f"relative {tolerance:g} was asked for; ask for less accuracy"
+    )
+
+
+def _expected_error(reader: Reader, found: Refined, before: Array, reading: Array) -> Array:
+    """Error estimate of every value that was read, as `steady_state` describes it."""
+    inside = _INSIDE * np.abs(reader.read_iterated(found.orbit) - reading)
+    left = (_SHRUNK + _NEWTON * min(found.correction, 0.1)) * np.abs(reading - before)
+    error, scale = np.maximum(inside, left), reader.scale(reading)
+    return np.asarray(np.maximum(error, _LEAST * np.median(error / scale) * scale) + ROUNDING)
+
+
+def refuse_singular(orbit: PeriodicOrbit) -> None:
+    """Refuse an orbit on which a rotation sequence comes too near its singularity.
+
+    Raises
+    ------
+    NoPeriodicOrbitError
+        If one does.
+    """
+    near = orbit.nearest_singularity
+    if near is not None and near.is_harmful:
+        raise NoPeriodicOrbitError(f"at {orbit.excitation.frequency_hz:g} Hz {near.refusal}")
