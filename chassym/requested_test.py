@@ -1,59 +1,110 @@
-"""A rig test as it is asked for on the command line: which inputs move, what is measured, and the answer."""
+"""A rig test as it is asked for on the command line: which one, with what changed, what is measured."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
+from chassym import arguments
 from chassym.arguments import ArgumentError
 
 if TYPE_CHECKING:
     from chassym.derivation import Model
-    from chassym.nonlinear import Harmonic, SteadyState
+    from chassym.nonlinear.rig import RigTest
 
-TESTS = ("lateral", "vertical", "heave")
+TESTS = (
+    "lateral",
+    "vertical",
+    "heave",
+    "pitch",
+    "roll",
+    "warp",
+    "heave_sweep",
+    "lateral_sweep",
+    "kinematics_and_compliance",
+    "kinematics_and_compliance_roll",
+)
+"""The built-in tests; listed here so that help comes without reading them."""
 
 AXES = {"ground": "", "body": "body_axes_"}
 """Prefixes of the names of what is measured along the axes of the ground and of the body."""
 
 
-def find_excitation(name: str, model: Model, settings: Mapping[str, float]) -> Harmonic:
-    """What the test does to the inputs of a model.
+def find_test(
+    name: str,
+    *,
+    frequency: str | None = None,
+    amplitude: str | None = None,
+    lag: str | None = None,
+    tolerance: str | None = None,
+) -> RigTest:
+    """A built-in test or the one of a file, with what the options change.
 
-    Parameters
-    ----------
-    name
-        One of `TESTS`.
-    settings
-        Those of ``frequency_hz``, ``amplitude_m`` and ``lag_s`` that are not the test's own.
+    Raises
+    ------
+    ArgumentError, ParameterError
+        If there is no such test, or the file or an option cannot be accepted.
+    """
+    if name not in TESTS and not name.endswith(".toml"):
+        raise ArgumentError("test", repr(name), f"one of {', '.join(TESTS)}, or a file that ends in .toml")
+    changes: list[Callable[[RigTest], RigTest]] = []
+    if frequency is not None:
+        hertz = arguments.frequency_hz("--frequency", frequency)
+        changes.append(lambda test: test.at(hertz))
+    if amplitude is not None:
+        size, unit = arguments.amplitude("--amplitude", amplitude)
+        changes.append(lambda test: test.with_amplitude(size, unit))
+    if lag is not None:
+        seconds = arguments.finite("--lag", lag, "s")
+        changes.append(lambda test: test.with_rear_lag(seconds))
+    if tolerance is not None:
+        error = arguments.positive("--tolerance", tolerance, "1")
+        changes.append(lambda test: replace(test, tolerance=error))
+    from chassym.nonlinear.rig import load_rig_test
+
+    test = load_rig_test(name)
+    for change in changes:
+        test = change(test)
+    return test
+
+
+def find_vehicle(positional: str | None, option: str | None) -> str:
+    """The vehicle, given in either of two ways; the reference sedan if in none.
 
     Raises
     ------
     ArgumentError
-        If the model lacks the inputs that the test moves.
+        If it is given in both.
     """
-    from chassym.nonlinear import rig
-
-    moves = {"lateral": rig.lateral, "vertical": rig.vertical}
-    if name in moves:
-        excitation = moves[name](**settings)
-    else:
-        excitation = rig.heave(**settings, inputs=rig.heave_inputs(model) or rig.PADS)
-    inputs = [each.name for each in model.system.inputs]
-    if not set(excitation.amplitudes) <= set(inputs):
-        vehicle = f"a {model.system.name}, whose inputs are {', '.join(inputs) or 'none'}"
-        raise ArgumentError(f"{name} test", vehicle, f"a vehicle with {', '.join(excitation.amplitudes)}")
-    return excitation
+    if positional is not None and option is not None:
+        raise ArgumentError("--vehicle", f"{option!r} beside {positional!r}", "one vehicle")
+    given = option if positional is None else positional
+    return "sedan" if given is None else given
 
 
-def find_metrics(model: Model, axes: str) -> dict[str, str]:
-    """Names of the accelerations and rates along some `AXES`, by the name of the output.
+def find_metrics(model: Model, test: RigTest, axes: str) -> dict[str, str]:
+    """Names that metrics are answered under, by the name of the output.
+
+    Accelerations and rates along some `AXES`, or, if the test names its metrics, those; along the body's axes
+    the outputs that correspond to them.
 
     Raises
     ------
     ArgumentError
-        If the model measures none along them.
+        If the model measures none along these axes.
     """
+    if test.metrics is not None:
+        prefix = AXES[axes]
+        missing = [name for name in test.metrics if prefix + name not in model.output_names]
+        if prefix and missing:
+            expected = f"ground, as a {model.system.name} measures no {prefix}{missing[0]}"
+            raise ArgumentError("--axes", repr(axes), expected)
+        return {prefix + name: name for name in test.metrics}
+    return _accelerations_and_rates(model, axes)
+
+
+def _accelerations_and_rates(model: Model, axes: str) -> dict[str, str]:
     from chassym.nonlinear.steady_state import measured_names
 
     measured: dict[str, dict[str, str]] = {}
@@ -66,47 +117,3 @@ def find_metrics(model: Model, axes: str) -> dict[str, str]:
         )
         raise ArgumentError("--axes", repr(axes), expected)
     return measured[axes]
-
-
-def as_data(name: str, metrics: Mapping[str, str], state: SteadyState) -> dict[str, Any]:
-    """The answer as one JSON object; metrics under the names that they are given by their outputs."""
-    contact = state.contact
-    return {
-        "test": name,
-        "frequency_hz": state.orbit.excitation.frequency_hz,
-        "metrics": {
-            metrics[output]: {"peak_to_peak": metric.value, "unit": metric.unit, "error": metric.error}
-            for output, metric in state.peak_to_peak.items()
-        },
-        "minimum_patch_force": contact
-        and {"value": contact.value, "unit": "N", "patch": contact.patch, "error": contact.error},
-        "converged": True,
-        "stable": state.is_stable,
-        "harmonics": state.harmonics,
-    }
-
-
-def print_test(name: str, metrics: Mapping[str, str], state: SteadyState) -> None:
-    """The answer as a table, with a warning where no car would do this."""
-    from chassym.tables import print_paragraph, print_table, with_error
-
-    rows = [
-        (metrics[output].replace("_", " "), with_error(metric.value, metric.error), metric.unit)
-        for output, metric in state.peak_to_peak.items()
-    ]
-    vehicle, frequency = state.orbit.model.system.name, state.orbit.excitation.frequency_hz
-    amplitude = max(abs(amplitude) for amplitude in state.orbit.excitation.amplitudes.values())
-    print_paragraph(
-        f"{name.capitalize()} test of {vehicle} at {frequency:g} Hz and {amplitude:.4g} m, steady state"
-    )
-    print_table(["", ">peak to peak", "unit"], rows)
-    if state.contact is not None:
-        force = with_error(state.contact.value, state.contact.error)
-        place = f" at {state.contact.patch}" if state.contact.patch else ""
-        print_paragraph(f"Smallest patch force: {force} N{place}")
-        if not state.contact.is_kept:
-            print_paragraph(f"WARNING: contact would have been lost{place}: a tyre cannot pull.")
-    largest = abs(state.multipliers[0])
-    print_paragraph(f"Harmonics: {state.harmonics}; largest Floquet multiplier: {largest:.3g}")
-    if not state.is_stable:
-        print_paragraph("WARNING: unstable: the vehicle would not settle into this motion.")

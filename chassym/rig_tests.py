@@ -28,7 +28,7 @@ SAMPLES = 720
 
 
 @dataclass(frozen=True, eq=False)
-class RigTest:
+class StudyTest:
     """A harmonic test and what is compared of it."""
 
     name: str
@@ -36,9 +36,9 @@ class RigTest:
     metrics: tuple[str, ...]
 
 
-TESTS: Mapping[str, RigTest] = {
-    "lateral": RigTest("lateral", rig.lateral(), METRICS["lateral"]),
-    "vertical": RigTest("vertical", rig.vertical(), METRICS["vertical"]),
+TESTS: Mapping[str, StudyTest] = {
+    "lateral": StudyTest("lateral", rig.lateral(), METRICS["lateral"]),
+    "vertical": StudyTest("vertical", rig.vertical(), METRICS["vertical"]),
 }
 """The tests of Liu 2016, section 2.4, by name."""
 
@@ -69,7 +69,7 @@ class TestRecord:
 
     __test__ = False  # a name that starts so is no test of pytest's
 
-    test: RigTest
+    test: StudyTest
     metrics: Mapping[str, Metric]
     contact: Contact
     harmonics: int
@@ -112,7 +112,7 @@ class Outcome:
         return self.minimum_patch_force > 0 and self.largest_multiplier < 1
 
 
-def record(model: Model, test: RigTest, tolerance: float) -> TestRecord:
+def record(model: Model, test: StudyTest, tolerance: float) -> TestRecord:
     """Run a test and keep everything.
 
     Raises

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chassym.derivation import CompiledEquations, Model, Parameters
-from chassym.derivation.vehicles.full_car import AXLES, kinematics_and_compliance_rig
+from chassym.derivation import Model, Parameters
+from chassym.derivation.vehicles.full_car import AXLES
 from chassym.nonlinear import SteadyState, rig, steady_state
 
 FREQUENCY_HZ = 0.1 / (2 * np.pi)
@@ -78,13 +78,7 @@ def measure_wheel_rates(
     amplitude_m
         Of the pads (m).
     """
-    parameters = model.parameters.replace(_free_in_the_plane(model.parameters))
-    if not static_load:
-        parameters = parameters.replace({"gravity": WEIGHTLESS})
-    preloads = model.preloads if static_load else dict.fromkeys(model.preloads, 0.0)
-    held = Model(
-        parameters, CompiledEquations(kinematics_and_compliance_rig(parameters)), given_preloads=preloads
-    )
+    held = rig.hold_body(model if static_load else _weightless(model))
     travels = [f"{axle}_right_wheel_travel" for axle in AXLES]
     state = steady_state(held, rig.heave(FREQUENCY_HZ, amplitude_m), metrics=travels)
     return {axle: _read(held, state, axle) for axle in AXLES}
@@ -147,6 +141,7 @@ def closed_form(parameters: Parameters, axle: str, static_force: float) -> float
     return float(spring_rate(parameters, axle) * a / p + static_force * (a * r - b * p) / (p * a**2))
 
 
-def _free_in_the_plane(parameters: Parameters) -> dict[str, float]:
-    """The changes that let the pads move freely along and across the car."""
-    return {name: 0.0 for name in parameters if name.startswith("tyre.") and name.endswith((".x", ".y"))}
+def _weightless(model: Model) -> Model:
+    """The same vehicle without loads in its design position."""
+    unloaded = dict.fromkeys(model.preloads, 0.0)
+    return replace(model.with_parameters({"gravity": WEIGHTLESS}), given_preloads=unloaded)
