@@ -1,0 +1,256 @@
+"""Pseudo-arclength steps along a branch of periodic orbits, around its folds.
+
+A step goes along the branch's tangent and is corrected at right angles to it, with the exact derivatives by
+unknowns and parameter, so that the system stays regular where the branch folds (Krack and Gross, Harmonic
+Balance for Nonlinear Vibration Problems, 2019, chapter 4; Seydel, Practical Bifurcation and Stability
+Analysis, 3rd ed., chapter 4).
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import LinAlgError, LinAlgWarning, solve
+from scipy.optimize import brentq
+
+from chassym.derivation import ParameterError
+from chassym.nonlinear import fourier
+from chassym.nonlinear.errors import NoPeriodicOrbitError
+from chassym.nonlinear.excitation import ExcitationError
+from chassym.nonlinear.harmonic_balance import newton, packed_correction
+from chassym.nonlinear.harmonic_equations import HarmonicEquations
+from chassym.nonlinear.orbit import Orbit
+from chassym.nonlinear.paths import Path, place
+
+Array = np.ndarray
+
+_FEW, _MOST = 4, 8
+"""Iterations of a correction that leave the length of steps as it is, and after which it is given up."""
+
+_STRAIGHT = 0.9
+"""Least cosine of the angle between the tangents at the ends of a step."""
+
+_FIRST, _SHORTEST = 0.1, 1e-6
+"""Length of the first step, and that below which a branch counts as lost, relative to the longest."""
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A point of a branch.
+
+    Attributes
+    ----------
+    unknowns
+        Packed coefficients of the orbit.
+    value
+        The path's parameter.
+    tangent
+        Direction of the branch, unknowns and parameter counted in the scales: a unit vector.
+    scales
+        Of unknowns and parameter.
+    """
+
+    unknowns: Array = field(repr=False)
+    value: float
+    tangent: Array = field(repr=False)
+    scales: Array = field(repr=False)
+
+    @property
+    def turning(self) -> float:
+        """How fast the parameter changes along the branch: it passes zero at a fold."""
+        return float(self.tangent[-1])
+
+    @property
+    def slopes(self) -> Array:
+        """Change of the unknowns with the parameter."""
+        change = self.tangent * self.scales
+        return np.asarray(change[:-1] / change[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Two neighbouring points and the length of arc between them."""
+
+    begin: Point
+    end: Point
+    length: float
+
+    @property
+    def folds(self) -> bool:
+        """Whether the parameter turns about on the way."""
+        return self.begin.turning * self.end.turning < 0
+
+    @property
+    def straightness(self) -> float:
+        """Cosine of the angle between the tangents at both ends."""
+        ahead = self.end.tangent * self.end.scales / self.begin.scales
+        return float(self.begin.tangent @ ahead / np.linalg.norm(ahead))
+
+    def passes(self, value: float) -> bool:
+        """Whether the parameter comes to a value, or beyond it; the beginning does not count."""
+        before, after = self.begin.value - value, self.end.value - value
+        return before != 0 and before * after <= 0
+
+
+class Tracer:
+    """Makes steps along a branch.
+
+    Parameters
+    ----------
+    path
+        The family of tests.
+    span
+        Change of the parameter that counts as much as one of the whole motion.
+    harmonics, subharmonic
+        Of the orbits.
+    tolerance
+        Relative correction of the rates at which a point is balanced.
+    """
+
+    def __init__(
+        self, path: Path, span: float, harmonics: int, subharmonic: int = 1, tolerance: float = 1e-9
+    ) -> None:
+        self.path, self._span, self._tolerance = path, span, tolerance
+        self._harmonics, self._subharmonic = harmonics, subharmonic
+        self._largest = 0.0
+
+    def orbit(self, point: Point) -> Orbit:
+        """The orbit at a point."""
+        return self._equations(point.value).orbit(point.unknowns)
+
+    def balanced(self, start: Orbit, value: float, most: int = 25) -> Orbit:
+        """An orbit near another one, at a value of the parameter, by at most so many of Newton's iterations.
+
+        Raises
+        ------
+        NoPeriodicOrbitError
+            If Newton's method finds none.
+        """
+        coefficients = fourier.resized(start.coefficients, self._harmonics)
+        guess = Orbit(*self.path.at(value), coefficients, self._subharmonic)
+        return newton(guess, self._tolerance, most).orbit
+
+    def begin(self, orbit: Orbit, value: float, direction: float) -> Point:
+        """The point of a balanced orbit, headed for where the parameter changes in a direction."""
+        unknowns = fourier.packed(orbit.coefficients)
+        ahead = np.append(np.zeros(len(unknowns)), np.sign(direction))
+        matrix, _ = self._linearised(unknowns, value, ahead)
+        change = _solved(matrix, np.abs(ahead))
+        return self._point(unknowns, value, change, self._span * float(np.linalg.norm(change[:-1])))
+
+    def step(self, point: Point, length: float) -> tuple[Point, int]:
+        """The point an arc length further on, and the iterations it took.
+
+        Raises
+        ------
+        NoPeriodicOrbitError
+            If the correction does not converge.
+        """
+        base, normal = np.append(point.unknowns, point.value), point.tangent / point.scales
+        guess = base + length * point.tangent * point.scales
+        for iteration in range(1, _MOST + 1):
+            matrix, residual = self._linearised(guess[:-1], float(guess[-1]), normal)
+            change = _solved(matrix, np.append(residual, normal @ (guess - base) - length))
+            guess = guess - change
+            correction = packed_correction(change[:-1], guess[:-1], self._harmonics)
+            if not correction < 10.0:
+                break
+            if max(correction, abs(change[-1]) / self._span) < self._tolerance:
+                return self._arrived(guess, normal), iteration
+        raise NoPeriodicOrbitError(f"{place(self.path, point.value)}: no orbit ahead")
+
+    def march(self, point: Point, longest: float) -> Iterator[Step]:
+        """Steps from a point on, without end; their lengths follow the branch's curvature.
+
+        Raises
+        ------
+        NoPeriodicOrbitError
+            If the branch is lost.
+        """
+        length = _FIRST * longest
+        while True:
+            try:
+                end, iterations = self.step(point, length)
+                step = Step(point, end, length)
+                is_good = step.straightness > _STRAIGHT
+            except (NoPeriodicOrbitError, ExcitationError, ParameterError, LinAlgError):
+                is_good = False
+            if is_good:
+                yield step
+                point = end
+                length = min(longest, length * float(np.clip(_FEW / iterations, 0.5, 2.0)))
+                continue
+            length *= 0.3
+            if length < _SHORTEST * longest:
+                raise NoPeriodicOrbitError(
+                    f"the branch is lost at {place(self.path, point.value)}: steps along it became "
+                    " too short; take more harmonics, or check that forces are continuous there"
+                )
+
+    def pieces(self, step: Step) -> tuple[Step, ...]:
+        """The step, cut in two at the fold that it goes around."""
+        if not step.folds:
+            return (step,)
+        turned = self._where(step, lambda p: p.turning, step.begin.turning, step.end.turning)
+        fold = turned.end
+        ahead = np.append(step.end.unknowns, step.end.value) - np.append(fold.unknowns, fold.value)
+        return turned, Step(fold, step.end, float(ahead @ (fold.tangent / fold.scales)))
+
+    def landing(self, step: Step, value: float) -> Step:
+        """As much of a step as comes to a value that the parameter passes."""
+        ends = step.begin.value - value, step.end.value - value
+        return self._where(step, lambda p: p.value - value, *ends)
+
+    def _where(self, step: Step, function: Callable[[Point], float], begin: float, end: float) -> Step:
+        """As much of a step as it takes to where a function, of different signs at its ends, is zero."""
+        values, points = {0.0: begin, step.length: end}, {0.0: step.begin, step.length: step.end}
+
+        def at(length: float) -> float:
+            if length not in points:
+                points[length], _ = self.step(step.begin, length)
+                values[length] = function(points[length])
+            return values[length]
+
+        root = float(brentq(at, 0.0, step.length, xtol=1e-13 * step.length, rtol=1e-12))
+        at(root)
+        return Step(step.begin, points[root], root)
+
+    def _equations(self, value: float) -> HarmonicEquations:
+        return HarmonicEquations(*self.path.at(value), self._harmonics, self._subharmonic)
+
+    def _linearised(self, unknowns: Array, value: float, normal: Array) -> tuple[Array, Array]:
+        """Derivative of residual and arc length by unknowns and parameter, and the residual."""
+        equations = self._equations(value)
+        arguments = equations.arguments(unknowns)
+        matrix = np.empty((len(normal), len(normal)))
+        matrix[:-1, :-1] = equations.jacobian(arguments)
+        matrix[:-1, -1] = self.path.slope(equations, arguments, value)
+        matrix[-1] = normal
+        return matrix, equations.residual(arguments)
+
+    def _arrived(self, place: Array, normal: Array) -> Point:
+        """A point of the branch where it was come to with a normal."""
+        matrix, residual = self._linearised(place[:-1], float(place[-1]), normal)
+        ahead = _solved(matrix, np.append(np.zeros(len(residual)), 1.0))
+        return self._point(place[:-1], float(place[-1]), ahead)
+
+    def _point(self, unknowns: Array, value: float, ahead: Array, reach: float = 0.0) -> Point:
+        """A point with its scales: the motion's size, but no less than a tenth of the largest so far.
+
+        At rest it is how far the motion reaches over the span.
+        """
+        size = float(np.linalg.norm(unknowns))
+        self._largest = max(self._largest, size, 0.1 * reach)
+        scales = np.full(len(ahead), max(size, 0.1 * self._largest) or 1.0)
+        scales[-1] = self._span
+        tangent = ahead / scales
+        return Point(unknowns, value, tangent / np.linalg.norm(tangent), scales)
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", LinAlgWarning)
+        return np.asarray(solve(matrix, right, overwrite_a=True, check_finite=False))
