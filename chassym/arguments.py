@@ -101,6 +101,19 @@ def finite(name: str, text: str, unit: str) -> float:
     return _number(name, text, unit, ANY)
 
 
+def amplitude(name: str, text: str) -> tuple[float, str]:
+    """An amplitude of displacement, velocity or acceleration and its SI unit; refused as by `positive`."""
+    from chassym.derivation.schema import ParameterError
+
+    for unit in ("m/s", "m/s^2"):
+        try:
+            if not re.fullmatch(r"[-+.\d\seE]*", text):
+                return positive(name, text, unit), unit
+        except ParameterError:
+            continue
+    return positive(name, text, "m"), "m"
+
+
 def frequency_hz(name: str, text: str) -> float:
     """A frequency, from a number of Hz or text with a unit such as ``kHz``; refused as by `positive`.
 

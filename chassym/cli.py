@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from chassym import arguments, usage
-from chassym.requested_test import AXES, TESTS, as_data, find_excitation, find_metrics, print_test
+from chassym.requested_test import AXES, TESTS, find_test, find_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -51,6 +51,8 @@ Slopes = Annotated[
         "rates in SI.",
     ),
 ]
+TestName = Annotated[str, typer.Argument(metavar="|".join((*TESTS, "FILE.toml")), help="What the pads do.")]
+Tolerance = Annotated[str | None, typer.Option(metavar="RATIO", help="Largest error, relative to a metric.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
@@ -221,40 +223,109 @@ def bode(
 
 @app.command()
 def test(
-    name: Annotated[str, typer.Argument(metavar="|".join(TESTS), help="What the pads do.")],
-    vehicle: Vehicle = "sedan",
-    frequency: Annotated[str | None, typer.Option(metavar="HZ", help="Frequency in Hz.")] = None,
+    name: TestName,
+    vehicle: Annotated[
+        str | None, typer.Argument(metavar="VEHICLE", help="A built-in vehicle, or a TOML file.")
+    ] = None,
+    vehicle_option: Annotated[
+        str | None, typer.Option("--vehicle", metavar="VEHICLE", help="The same, as an option.")
+    ] = None,
+    frequency: Annotated[
+        str | None, typer.Option(metavar="HZ", help="One frequency in Hz, also of a stepped sine.")
+    ] = None,
     amplitude: Annotated[
-        str | None, typer.Option(metavar="LENGTH", help="Amplitude of the pads in m, or with a unit.")
+        str | None,
+        typer.Option(metavar="AMPLITUDE", help="Largest one, in m or with a unit; also m/s, m/s^2."),
     ] = None,
     lag: Annotated[str | None, typer.Option(metavar="S", help="Delay of the rear pads.")] = None,
     axes: Annotated[str, typer.Option(metavar="|".join(AXES), help="Axes of what is measured.")] = "ground",
-    tolerance: Annotated[
-        str, typer.Option(metavar="RATIO", help="Largest error, relative to a metric.")
-    ] = "1e-3",
+    tolerance: Tolerance = None,
+    plot: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="Draw one period, or the stepped sine: .png, .svg or .pdf."),
+    ] = None,
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write a .csv table or .nc labelled arrays."),
+    ] = None,
     sections: Sections = None,
     changes: Changes = None,
     as_json: AsJson = False,
 ) -> None:
     """Steady state of a rig test: peak-to-peak values with their errors, patch force and stability."""
-    arguments.choice("test", name, TESTS)
     arguments.choice("--axes", axes, AXES)
-    settings = {
-        "frequency_hz": None if frequency is None else arguments.frequency_hz("--frequency", frequency),
-        "amplitude_m": None if amplitude is None else arguments.positive("--amplitude", amplitude, "m"),
-        "lag_s": None if lag is None else arguments.finite("--lag", lag, "s"),
-    }
-    relative_error = arguments.positive("--tolerance", tolerance, "1")
-    model = _load(vehicle, changes, sections)
-    given = {key: value for key, value in settings.items() if value is not None}
-    excitation, metrics = find_excitation(name, model, given), find_metrics(model, axes)
-    from chassym.nonlinear import steady_state
+    picture = None if plot is None else arguments.new_file("--plot", plot, ".png", ".svg", ".pdf")
+    file = None if output is None else arguments.new_file("--output", output, ".csv", ".nc")
+    asked = find_test(name, frequency=frequency, amplitude=amplitude, lag=lag, tolerance=tolerance)
+    model = _load(find_vehicle(vehicle, vehicle_option), changes, sections)
+    from chassym.rig_test_command import run_requested
 
-    state = steady_state(model, excitation, metrics=list(metrics), tolerance=relative_error)
-    if as_json:
-        _print_json(as_data(name, metrics, state))
-    else:
-        print_test(name, metrics, state)
+    answer = run_requested(asked, model, axes, picture, file, as_json=as_json)
+    if answer is not None:
+        _print_json(answer)
+
+
+@app.command()
+def sweep(
+    name: TestName,
+    vehicle: Vehicle = "sedan",
+    varied: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary",
+            metavar="NAME=VALUES",
+            help="A parameter, a group of them (times a factor), frequency_hz, amplitude_m or lag_s: "
+            "from:to:count or a,b,c, with a unit or in SI, 10:1e6:5log at equal ratios, % of the nominal "
+            "value; a+b=.. together. Repeatable: every combination.",
+        ),
+    ] = None,
+    change: Annotated[
+        str | None,
+        typer.Option("--one-at-a-time", metavar="SHARE", help="Every parameter less and more, as by 25%."),
+    ] = None,
+    hypercube: Annotated[
+        str | None, typer.Option("--latin-hypercube", metavar="N", help="So many points in the ranges.")
+    ] = None,
+    ranges: Annotated[
+        list[str] | None,
+        typer.Option("--range", metavar="NAME=LOW:HIGH", help="A range of the hypercube. Repeatable."),
+    ] = None,
+    output: Annotated[
+        str, typer.Option("--output", "-o", metavar="FILE", help="Results: a .nc or .zarr file.")
+    ] = "sweep.nc",
+    metrics: Annotated[
+        list[str] | None,
+        typer.Option("--metric", metavar="NAME", help="An output to measure peak to peak. Repeatable."),
+    ] = None,
+    tolerance: Annotated[
+        str | None, typer.Option(metavar="RATIO", help="Largest error, relative to a metric.")
+    ] = None,
+    jobs: Annotated[str | None, typer.Option(metavar="N", help="Processes; all cores by default.")] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS", help="Scheduler of a Dask cluster; DASK_SCHEDULER_ADDRESS by default, if set."
+        ),
+    ] = None,
+    sections: Sections = None,
+    changes: Changes = None,
+) -> None:
+    """Steady state of many variants; the same command again goes on where it was stopped."""
+    from chassym.sweep_command import SweepRequest, run_requested
+
+    asked = SweepRequest(
+        test=name,
+        varied=varied or (),
+        change=change,
+        hypercube=hypercube,
+        ranges=ranges or (),
+        output=output,
+        metrics=metrics,
+        tolerance=tolerance,
+        jobs=jobs,
+        dask=dask,
+    )
+    run_requested(asked, lambda: _load(vehicle, changes, sections))
 
 
 @app.command()

@@ -81,7 +81,7 @@ def metrics(results: StudyResults) -> Iterator[Row]:
         patch = f"minimum vertical patch force ({record.contact.patch})"
         yield name, patch, "N", record.contact.value, record.contact.error
         yield name, "largest Floquet multiplier", "1", record.largest_multiplier, float("nan")
-        yield name, "harmonics", "1", record.harmonics, 0
+        yield name, "unknowns", "1", record.unknowns, 0
 
 
 def sensitivity(results: StudyResults) -> Iterator[Row]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from chassym.derivation import Model
 from chassym.linear import LinearModel, heave_response
-from chassym.nonlinear import Orbit, rig, steady_state
+from chassym.nonlinear import PeriodicOrbit, rig, steady_state
 from chassym.rig_tests import FAILURES
 
 AMPLITUDE_M = 0.01
@@ -104,8 +104,8 @@ def run_heave(
 
 
 def _step(
-    model: Model, frequency_hz: float, tolerance: float, start: Orbit | None
-) -> tuple[HeavePoint, Orbit | None]:
+    model: Model, frequency_hz: float, tolerance: float, start: PeriodicOrbit | None
+) -> tuple[HeavePoint, PeriodicOrbit | None]:
     """One frequency of the stepped sine, and its orbit."""
     excitation = rig.heave(frequency_hz, AMPLITUDE_M)
     try:

@@ -14,7 +14,7 @@ from chassym.nonlinear import (
     Harmonic,
     Metric,
     NoPeriodicOrbitError,
-    Orbit,
+    PeriodicOrbit,
     SteadyState,
     rig,
     steady_state,
@@ -55,8 +55,8 @@ class TestRecord:
         Peak-to-peak value of every acceleration and angular rate in ground and in body axes, by output.
     contact
         Smallest vertical patch force.
-    harmonics
-        Highest harmonic balanced.
+    unknowns
+        Numbers that describe the orbit.
     largest_multiplier
         Magnitude of the largest Floquet multiplier: below 1 the orbit is stable.
     time_s
@@ -72,11 +72,11 @@ class TestRecord:
     test: StudyTest
     metrics: Mapping[str, Metric]
     contact: Contact
-    harmonics: int
+    unknowns: int
     largest_multiplier: float
     time_s: np.ndarray
     waveforms: Mapping[str, np.ndarray]
-    orbit: Orbit = field(repr=False)
+    orbit: PeriodicOrbit = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def record(model: Model, test: StudyTest, tolerance: float) -> TestRecord:
         test=test,
         metrics=state.peak_to_peak,
         contact=_contact(state),
-        harmonics=state.harmonics,
+        unknowns=state.statistics.unknowns,
         largest_multiplier=float(np.abs(state.multipliers[0])),
         time_s=np.linspace(0.0, test.excitation.period_s, SAMPLES + 1),
         waveforms={name: np.append(outputs[name], outputs[name][0]) for name in state.peak_to_peak},
@@ -135,8 +135,8 @@ def record(model: Model, test: StudyTest, tolerance: float) -> TestRecord:
 
 
 def outcome(
-    model: Model, nominal: TestRecord, tolerance: float, starts: Sequence[Orbit]
-) -> tuple[Outcome, Orbit | None]:
+    model: Model, nominal: TestRecord, tolerance: float, starts: Sequence[PeriodicOrbit]
+) -> tuple[Outcome, PeriodicOrbit | None]:
     """Run a test on a variant of the nominal car, from neighbouring orbits in their order and then from rest.
 
     Returns what it does, or why it failed, and its orbit.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from chassym.derivation import Model
-from chassym.nonlinear import Orbit
+from chassym.nonlinear import PeriodicOrbit
 from chassym.rig_tests import Outcome, TestRecord, outcome
 
 Announce = Callable[[str], None]
@@ -164,7 +164,9 @@ class VariantRunner:
             last = orbit or last
             yield Stiffened(place, stiffness, found)
 
-    def _run(self, variant: Model, record: TestRecord, *starts: Orbit) -> tuple[Outcome, Orbit | None]:
+    def _run(
+        self, variant: Model, record: TestRecord, *starts: PeriodicOrbit
+    ) -> tuple[Outcome, PeriodicOrbit | None]:
         return outcome(variant, record, self.tolerance, starts or (record.orbit,))
 
 

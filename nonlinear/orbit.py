@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -80,6 +81,6 @@ class Orbit(PeriodicOrbit):
         outputs = self.model.outputs(self.with_accelerations(moved, inputs))
         return outputs.reshape(-1, len(centres), len(offsets))
 
-    def under(self, excitation: Harmonic) -> Orbit:
-        """The same motion over phases under another excitation."""
-        return replace(self, excitation=excitation)
+    def under(self, model: Model, excitation: Harmonic) -> Self:
+        """The same motion over phases in another test."""
+        return replace(self, model=model, excitation=excitation)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -51,6 +52,10 @@ class PeriodicOrbit(ABC):
     @abstractmethod
     def extremes(self, rows: list[int]) -> tuple[Array, Array]:
         """Smallest and largest value of some outputs over the orbit, shape (len(rows),) each."""
+
+    @abstractmethod
+    def under(self, model: Model, excitation: Harmonic) -> Self:
+        """The same motion over phases in another test: rates grow with its frequency."""
 
     def inputs_at(self, phases: Array) -> Array:
         """Inputs, then their rates, shape (2 inputs, phases)."""

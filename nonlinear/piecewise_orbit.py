@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -175,13 +176,17 @@ class PiecewiseOrbit(PeriodicOrbit):
         best = _refined(chosen, places.ravel(), 1 / (_DENSE - 1)).reshape(tops.shape[:2] + (-1,)).max(axis=2)
         return -best[0], best[1]
 
-    def under(self, excitation: Harmonic) -> PiecewiseOrbit:
-        """The same motion over phases under another excitation: rates grow with its frequency."""
+    def under(self, model: Model, excitation: Harmonic) -> Self:
+        """The same motion over phases in another test: rates grow with its frequency."""
         factor = excitation.frequency_hz / self.excitation.frequency_hz
         starts = self.starts.copy()
         starts[:, self.model.size :] *= factor
         return replace(
-            self, excitation=excitation, starts=starts, accelerations=factor**2 * self.accelerations
+            self,
+            model=model,
+            excitation=excitation,
+            starts=starts,
+            accelerations=factor**2 * self.accelerations,
         )
 
 

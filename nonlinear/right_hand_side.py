@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,8 @@ class RightHandSide:
         self._arguments = np.zeros(len(model.right_hand_side.arguments))
         state, inputs = np.split(self._arguments, [2 * model.size])
         # To fill a memory view takes half the time of filling an array.
-        self._state, self._inputs = memoryview(state), memoryview(inputs)
+        self._state: Any = state.data
+        self._inputs: Any = inputs.data
         self._inputs_at = excitation.at(model)
         self._rates = np.empty(2 * model.size)
         self._evaluate = model.right_hand_side.between(self._arguments, self._rates)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -23,6 +22,9 @@ from chassym.nonlinear.threads import one_thread
 
 Array = np.ndarray
 
+SMALLEST_TOLERANCE = 1e-12
+"""Relative error that rounding leaves."""
+
 _HARMONICS = ((3, 7), (15,))
 """Harmonics of the guesses that a refinement may start from: some are balanced by way of fewer ones."""
 
@@ -38,10 +40,10 @@ _ROUGH = 10.0
 _NEAR = 0.3
 """Largest last correction, by the square root of the tolerance: the next would be about its square."""
 
-_INSIDE = 4.0
+_INSIDE = 8.0
 """By how much the error inside pieces is taken to exceed what an iteration of Picard's changes."""
 
-_SHRUNK, _NEWTON = 0.06, 10.0
+_SHRUNK, _NEWTON = 0.04, 30.0
 """Part of a metric's last movement that is left as error, and a further part by the last correction."""
 
 _LEAST = 0.03
@@ -83,7 +85,7 @@ def steady_state(
     KeyError
         If it lacks an output that is asked for.
     ValueError
-        If the tolerance is not a positive number, or there is nothing to measure.
+        If the tolerance is less than rounding leaves, or there is nothing to measure.
     NoPeriodicOrbitError
         If no periodic orbit is found, the tolerance is not reached, or a rotation sequence comes too near its
         singularity.
@@ -93,10 +95,10 @@ def steady_state(
     with one_thread():
         for guess in _guesses(model, excitation, start, subharmonic):
             try:
-                return _refined(guess, reader, tolerance)
+                return _refined(guess(), reader, tolerance)
             except NoPeriodicOrbitError as error:
                 reasons.append(error)
-    raise reasons[0]
+    raise reasons[-len(_HARMONICS) - 1]  # the one of the first guess from rest
 
 
 def checked_reader(model: Model, metrics: Sequence[str] | None, tolerance: float) -> Reader:
@@ -107,10 +109,13 @@ def checked_reader(model: Model, metrics: Sequence[str] | None, tolerance: float
     KeyError
         If the model lacks an output that is asked for.
     ValueError
-        If the tolerance is not a positive number, or there is nothing to measure.
+        If the tolerance is less than rounding leaves, or there is nothing to measure.
     """
-    if not tolerance > 0:
-        raise ValueError(f"tolerance: {tolerance!r} received; a positive number is needed")
+    if not tolerance >= SMALLEST_TOLERANCE:
+        raise ValueError(
+            f"tolerance: {tolerance!r} received; a number of {SMALLEST_TOLERANCE:g} or more is needed: "
+            "rounding leaves as much"
+        )
     reader = Reader(model, measured_names(model) if metrics is None else metrics)
     if not reader.names:
         raise ValueError(
@@ -127,14 +132,13 @@ def measured_names(model: Model) -> list[str]:
 
 def _guesses(
     model: Model, excitation: Harmonic, start: PeriodicOrbit | None, subharmonic: int
-) -> Iterator[PeriodicOrbit]:
-    """Orbits to start from, the cheapest first."""
+) -> Iterator[Callable[[], PeriodicOrbit]]:
+    """What finds orbits to start from, the cheapest first."""
     if start is not None and start.subharmonic == subharmonic:
-        yield replace(start.under(excitation), model=model)
+        yield partial(start.under, model, excitation)
     for way in _HARMONICS:
-        with suppress(NoPeriodicOrbitError):
-            yield _balanced(model, excitation, way, subharmonic)
-    yield _after_waiting(model, excitation, subharmonic)
+        yield partial(_balanced, model, excitation, way, subharmonic)
+    yield partial(_after_waiting, model, excitation, subharmonic)
 
 
 def _balanced(model: Model, excitation: Harmonic, way: Sequence[int], subharmonic: int) -> Orbit:
