@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from chassym.nonlinear import SteadyState
-from chassym.nonlinear.rig import ContactLoss, RigResult, RigStep
+from chassym.nonlinear.rig import PeriodicLossOfContact, RigResult, RigStep
 from chassym.tables import print_paragraph, print_table, with_error
 
 METRICS_BESIDE = 3
@@ -123,13 +123,13 @@ def _print_step(step: RigStep, labels: Labels) -> None:
         print_paragraph("WARNING: unstable: the vehicle would not settle into this motion.")
 
 
-def _contact_lines(losses: Sequence[ContactLoss]) -> Iterator[str]:
+def _contact_lines(losses: Sequence[PeriodicLossOfContact]) -> Iterator[str]:
     """One line about bonded patches, whose pads pull, and one about tyres in the air."""
     pulled = [loss for loss in losses if not loss.is_in_the_air]
     lifted = [loss for loss in losses if loss.is_in_the_air]
     if pulled:
         told = "; ".join(
-            f"{_place(loss)}for {_while(loss)}, down to {loss.lowest_n:.4g} N" for loss in pulled
+            f"{_place(loss)}for {_while(loss)}, down to {loss.smallest_force:.4g} N" for loss in pulled
         )
         yield f"WARNING: contact would have been lost {told}: a tyre cannot pull."
     if lifted:
@@ -152,7 +152,7 @@ def _stepped_contact_lines(steps: Sequence[RigStep]) -> Iterator[str]:
         yield f"WARNING: contact would have been lost {between}; {longest}: a tyre cannot pull."
 
 
-def _while(loss: ContactLoss) -> str:
+def _while(loss: PeriodicLossOfContact) -> str:
     """For how long, and when if that is one stretch of time."""
     length = f"{1e3 * loss.duration_s:.3g} ms, {100 * loss.share:.2g} % of the period"
     if len(loss.intervals_s) != 1 or loss.share == 1:
@@ -248,7 +248,7 @@ def _multiplier(magnitude: float) -> str:
     return "0" if magnitude < 1e-12 else f"{magnitude:.3g}"
 
 
-def _place(loss: ContactLoss) -> str:
+def _place(loss: PeriodicLossOfContact) -> str:
     return f"at {loss.patch} " if loss.patch else ""
 
 

@@ -62,8 +62,8 @@ class Names:
                 )
             if name in taken:
                 raise MechanismError(
-                    f"mechanism {self.owner!r}: the name {name!r} is taken by a {taken[name]}; a {kind} "
-                    "needs another one"
+                    f"mechanism {self.owner!r}: the name {name!r} is taken by {_one(taken[name])}; "
+                    f"{_one(kind)} needs another one"
                 )
             taken[name] = kind
         written = [symbol.name for symbol in symbols]
@@ -72,3 +72,14 @@ class Names:
             raise MechanismError(
                 f"mechanism {self.owner!r}: the name {double[0]!r} is taken; every symbol needs its own"
             )
+
+
+def _one(kind: str) -> str:
+    """A kind of part with its article.
+
+    Examples
+    --------
+    >>> _one("body"), _one("output")
+    ('a body', 'an output')
+    """
+    return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"

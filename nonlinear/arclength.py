@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import LinAlgError, LinAlgWarning, solve
@@ -18,6 +19,7 @@ from scipy.optimize import brentq
 
 from chassym.derivation import ParameterError
 from chassym.nonlinear import fourier
+from chassym.nonlinear.branch_steps import Point, Step
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation import ExcitationError
 from chassym.nonlinear.harmonic_balance import newton, packed_correction
@@ -36,63 +38,8 @@ _STRAIGHT = 0.9
 _FIRST, _SHORTEST = 0.1, 1e-6
 """Length of the first step, and that below which a branch counts as lost, relative to the longest."""
 
-
-@dataclass(frozen=True, eq=False)
-class Point:
-    """A point of a branch.
-
-    Attributes
-    ----------
-    unknowns
-        Packed coefficients of the orbit.
-    value
-        The path's parameter.
-    tangent
-        Direction of the branch, unknowns and parameter counted in the scales: a unit vector.
-    scales
-        Of unknowns and parameter.
-    """
-
-    unknowns: Array = field(repr=False)
-    value: float
-    tangent: Array = field(repr=False)
-    scales: Array = field(repr=False)
-
-    @property
-    def turning(self) -> float:
-        """How fast the parameter changes along the branch: it passes zero at a fold."""
-        return float(self.tangent[-1])
-
-    @property
-    def slopes(self) -> Array:
-        """Change of the unknowns with the parameter."""
-        change = self.tangent * self.scales
-        return np.asarray(change[:-1] / change[-1])
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """Two neighbouring points and the length of arc between them."""
-
-    begin: Point
-    end: Point
-    length: float
-
-    @property
-    def folds(self) -> bool:
-        """Whether the parameter turns about on the way."""
-        return self.begin.turning * self.end.turning < 0
-
-    @property
-    def straightness(self) -> float:
-        """Cosine of the angle between the tangents at both ends."""
-        ahead = self.end.tangent * self.end.scales / self.begin.scales
-        return float(self.begin.tangent @ ahead / np.linalg.norm(ahead))
-
-    def passes(self, value: float) -> bool:
-        """Whether the parameter comes to a value, or beyond it; the beginning does not count."""
-        before, after = self.begin.value - value, self.end.value - value
-        return before != 0 and before * after <= 0
+_CORNER = 1e-3
+"""Length of a step, relative to the longest, below which what is ahead may be a corner."""
 
 
 class Tracer:
@@ -108,13 +55,22 @@ class Tracer:
         Of the orbits.
     tolerance
         Relative correction of the rates at which a point is balanced.
+    fewest_samples
+        Of the residual along an orbit.
     """
 
     def __init__(
-        self, path: Path, span: float, harmonics: int, subharmonic: int = 1, tolerance: float = 1e-9
+        self,
+        path: Path,
+        span: float,
+        harmonics: int,
+        subharmonic: int = 1,
+        tolerance: float = 1e-9,
+        fewest_samples: int = 1,
     ) -> None:
         self.path, self._span, self._tolerance = path, span, tolerance
         self._harmonics, self._subharmonic = harmonics, subharmonic
+        self._fewest_samples = fewest_samples
         self._largest = 0.0
 
     def orbit(self, point: Point) -> Orbit:
@@ -131,7 +87,7 @@ class Tracer:
         """
         coefficients = fourier.resized(start.coefficients, self._harmonics)
         guess = Orbit(*self.path.at(value), coefficients, self._subharmonic)
-        return newton(guess, self._tolerance, most).orbit
+        return newton(guess, self._tolerance, most, fewest_samples=self._fewest_samples).orbit
 
     def begin(self, orbit: Orbit, value: float, direction: float) -> Point:
         """The point of a balanced orbit, headed for where the parameter changes in a direction."""
@@ -165,6 +121,9 @@ class Tracer:
     def march(self, point: Point, longest: float) -> Iterator[Step]:
         """Steps from a point on, without end; their lengths follow the branch's curvature.
 
+        Where the branch turns sharply, as it does where a sample of the forces comes to a knot, a step of no
+        length leads to the direction in which it goes on.
+
         Raises
         ------
         NoPeriodicOrbitError
@@ -172,37 +131,63 @@ class Tracer:
         """
         length = _FIRST * longest
         while True:
-            try:
-                end, iterations = self.step(point, length)
-                step = Step(point, end, length)
-                is_good = step.straightness > _STRAIGHT
-            except (NoPeriodicOrbitError, ExcitationError, ParameterError, LinAlgError):
-                is_good = False
-            if is_good:
+            if (found := self._straight(point, length)) is not None:
+                step, iterations = found
                 yield step
-                point = end
+                point = step.end
                 length = min(longest, length * float(np.clip(_FEW / iterations, 0.5, 2.0)))
+                continue
+            if length < _CORNER * longest and (corner := self._corner(point, length)) is not None:
+                yield corner
+                point = corner.end
                 continue
             length *= 0.3
             if length < _SHORTEST * longest:
                 raise NoPeriodicOrbitError(
                     f"the branch is lost at {place(self.path, point.value)}: steps along it became "
-                    " too short; take more harmonics, or check that forces are continuous there"
+                    "too short; take more harmonics, or check that forces are continuous there"
                 )
 
     def pieces(self, step: Step) -> tuple[Step, ...]:
         """The step, cut in two at the fold that it goes around."""
-        if not step.folds:
-            return (step,)
+        if not step.folds or step.is_corner:
+            return (replace(step, ends_in_fold=step.folds),)
         turned = self._where(step, lambda p: p.turning, step.begin.turning, step.end.turning)
         fold = turned.end
         ahead = np.append(step.end.unknowns, step.end.value) - np.append(fold.unknowns, fold.value)
-        return turned, Step(fold, step.end, float(ahead @ (fold.tangent / fold.scales)))
+        return replace(turned, ends_in_fold=True), Step(
+            fold, step.end, float(ahead @ (fold.tangent / fold.scales))
+        )
 
     def landing(self, step: Step, value: float) -> Step:
         """As much of a step as comes to a value that the parameter passes."""
         ends = step.begin.value - value, step.end.value - value
         return self._where(step, lambda p: p.value - value, *ends)
+
+    def _straight(self, point: Point, length: float) -> tuple[Step, int] | None:
+        """A step over which the branch hardly turns, and its iterations; None if there is none."""
+        with suppress(NoPeriodicOrbitError, ExcitationError, ParameterError, LinAlgError):
+            end, iterations = self.step(point, length)
+            step = Step(point, end, length)
+            return (step, iterations) if step.straightness > _STRAIGHT else None
+        return None
+
+    def _corner(self, point: Point, reach: float) -> Step | None:
+        """The change of direction at a corner within reach; None if no branch is found to go on from it.
+
+        The derivatives on both sides of a corner agree along the surface between them, so that their minors
+        across it do: the branch goes on where the determinant with its tangent keeps its sign.
+        """
+        normal = point.tangent / point.scales
+        beyond = np.append(point.unknowns, point.value) + 2 * reach * point.tangent * point.scales
+        with suppress(ExcitationError, ParameterError, LinAlgError):
+            before, _ = self._linearised(point.unknowns, point.value, normal)
+            after, _ = self._linearised(beyond[:-1], float(beyond[-1]), normal)
+            sign = np.linalg.slogdet(before)[0] * np.linalg.slogdet(after)[0]
+            ahead = sign * _solved(after, np.append(np.zeros(len(point.unknowns)), 1.0))
+            turned = self._point(point.unknowns, point.value, ahead)
+            return None if self._straight(turned, reach) is None else Step(point, turned, 0.0)
+        return None
 
     def _where(self, step: Step, function: Callable[[Point], float], begin: float, end: float) -> Step:
         """As much of a step as it takes to where a function, of different signs at its ends, is zero."""
@@ -219,7 +204,8 @@ class Tracer:
         return Step(step.begin, points[root], root)
 
     def _equations(self, value: float) -> HarmonicEquations:
-        return HarmonicEquations(*self.path.at(value), self._harmonics, self._subharmonic)
+        test, orders = self.path.at(value), (self._harmonics, self._subharmonic)
+        return HarmonicEquations(*test, *orders, self._fewest_samples)
 
     def _linearised(self, unknowns: Array, value: float, normal: Array) -> tuple[Array, Array]:
         """Derivative of residual and arc length by unknowns and parameter, and the residual."""

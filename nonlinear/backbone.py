@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from chassym.nonlinear.arclength import Step, Tracer
+from chassym.nonlinear.arclength import Tracer
 from chassym.nonlinear.branch import amplitudes, output_row
+from chassym.nonlinear.branch_steps import Step
 from chassym.nonlinear.continuation import first_orbit
 from chassym.nonlinear.errors import NoPeriodicOrbitError
+from chassym.nonlinear.harmonic_equations import samples_at_knots
 from chassym.nonlinear.orbit import Orbit
 from chassym.nonlinear.paths import FrequencyPath
 from chassym.nonlinear.threads import one_thread
@@ -122,8 +124,9 @@ def _peak(
     path: FrequencyPath, start_hz: float, stop_hz: float, row: int, harmonics: int
 ) -> tuple[float, float]:
     """Frequency (Hz) and amplitude of the highest point of a branch."""
-    tracer = Tracer(path, stop_hz - start_hz, harmonics, tolerance=_TOLERANCE)
-    first = first_orbit(*path.at(start_hz), harmonics, tolerance=_TOLERANCE).orbit
+    fewest = samples_at_knots(path.model)
+    tracer = Tracer(path, stop_hz - start_hz, harmonics, tolerance=_TOLERANCE, fewest_samples=fewest)
+    first = first_orbit(*path.at(start_hz), harmonics, tolerance=_TOLERANCE, fewest_samples=fewest).orbit
     steps, heights = [], [_amplitude(first, row)]
     march = tracer.march(tracer.begin(first, start_hz, 1.0), _LONGEST)
     for step in islice(march, _MOST_STEPS):

@@ -11,6 +11,7 @@ import numpy as np
 
 from chassym.derivation import Model
 from chassym.nonlinear.arclength import Tracer
+from chassym.nonlinear.harmonic_equations import samples_at_knots
 from chassym.nonlinear.orbit import Orbit
 from chassym.nonlinear.paths import Path
 from chassym.nonlinear.periodic_orbit import PeriodicOrbit
@@ -89,7 +90,8 @@ class Branch:
             If an orbit between two points of the branch is not found.
         """
         first = self.orbits[0]
-        tracer = Tracer(self.path, 1.0, first.harmonics, first.subharmonic)
+        fewest = samples_at_knots(first.model, first.subharmonic)
+        tracer = Tracer(self.path, 1.0, first.harmonics, first.subharmonic, fewest_samples=fewest)
         found = [first] if self.values[0] == value else []
         for begin, end in pairwise(self._places()):
             if begin.value != value and (begin.value - value) * (end.value - value) <= 0:

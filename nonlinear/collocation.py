@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from chassym.nonlinear.cyclic_chain import CyclicChain
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.gauss_points import GaussPoints, gauss_points
 from chassym.nonlinear.periodic_orbit import PeriodicOrbit
@@ -93,21 +94,13 @@ class Linearisation:
         return ends + moved[:, :, 0] - np.roll(orbit.starts, -1, axis=0)
 
     @cached_property
-    def _chain(self) -> list[Array]:
-        """Deviations at every boundary by those at the first one, and by gaps, shape (2 n, 2 n + 1) each."""
-        size = 2 * self._orbit.model.size
-        link = np.eye(size, size + 1)
-        chain = [link]
-        for step, gap in zip(self._maps, self._gaps, strict=True):
-            link = step @ link
-            link[:, -1] += gap
-            chain.append(link)
-        return chain
+    def _chain(self) -> CyclicChain:
+        return CyclicChain(self._maps, self._gaps)
 
     @property
     def monodromy(self) -> Array:
         """The map of small deviations from the first boundary over one orbit, shape (2 n, 2 n)."""
-        return self._chain[-1][:, :-1]
+        return self._chain.product
 
     def corrected(self) -> PiecewiseOrbit:
         """The orbit after one step of Newton's method.
@@ -117,14 +110,12 @@ class Linearisation:
         NoPeriodicOrbitError
             If a small deviation comes back unchanged, so the orbit is not unique.
         """
-        around, shift = self.monodromy, self._chain[-1][:, -1]
         try:
-            first = np.linalg.solve(np.eye(len(around)) - around, shift)
+            deviations = self._chain.solution()
         except np.linalg.LinAlgError:
             raise NoPeriodicOrbitError(
                 "collocation: nothing brings a deviation back; give every coordinate some stiffness"
             ) from None
-        deviations = np.stack(self._chain[:-1]) @ np.append(first, 1.0)
         deviations = np.concatenate([deviations, np.ones((len(deviations), 1))], axis=1)
         change = (self._solved @ deviations[:, :, None])[:, :, 0]
         orbit = self._orbit

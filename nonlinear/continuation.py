@@ -10,12 +10,14 @@ import numpy as np
 
 from chassym.derivation import Model
 from chassym.nonlinear import fourier
-from chassym.nonlinear.arclength import Point, Tracer
+from chassym.nonlinear.arclength import Tracer
 from chassym.nonlinear.branch import Branch, Fold
+from chassym.nonlinear.branch_steps import Point
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation import Harmonic
 from chassym.nonlinear.floquet import multipliers
 from chassym.nonlinear.harmonic_balance import Balance, at_rest, newton
+from chassym.nonlinear.harmonic_equations import samples_at_knots
 from chassym.nonlinear.orbit import Orbit
 from chassym.nonlinear.paths import AmplitudePath, Path, place
 from chassym.nonlinear.periodic_orbit import PeriodicOrbit
@@ -78,8 +80,18 @@ def follow(
         )
     if not 0 < largest_step <= 1:
         raise ValueError(f"largest_step: {largest_step!r} received; a positive number up to 1 is needed")
-    tracer = Tracer(path, abs(stop - start), harmonics, subharmonic, tolerance)
-    orbit = first_orbit(*path.at(start), harmonics, first, subharmonic=subharmonic, tolerance=tolerance).orbit
+    model, excitation = path.at(start)
+    fewest = samples_at_knots(model, subharmonic)
+    orbit = first_orbit(
+        model,
+        excitation,
+        harmonics,
+        first,
+        subharmonic=subharmonic,
+        tolerance=tolerance,
+        fewest_samples=fewest,
+    ).orbit
+    tracer = Tracer(path, abs(stop - start), harmonics, subharmonic, tolerance, fewest)
     points, turns = _points(tracer, tracer.begin(orbit, start, stop - start), stop, largest_step, most_points)
     orbits = tuple(tracer.orbit(point) for point in points)
     return Branch(
@@ -98,14 +110,14 @@ def _points(
     points, start = [first], first.value
     folds: list[tuple[int, Point]] = []
     for step in tracer.march(first, longest):
-        pieces = tracer.pieces(step)
-        for piece in pieces:
+        for piece in tracer.pieces(step):
             bound = next((b for b in (stop, start) if piece.passes(b)), None)
             if bound is not None:
                 return [*points, tracer.landing(piece, bound).end], folds
-            if piece.end is not step.end:
+            if piece.ends_in_fold:
                 folds.append((len(points) - 1, piece.end))
-        points.append(step.end)
+        if not step.is_corner:
+            points.append(step.end)
         if len(points) >= most:
             break
     raise NoPeriodicOrbitError(
@@ -122,6 +134,7 @@ def first_orbit(
     *,
     subharmonic: int | None = None,
     tolerance: float = 1e-2,
+    fewest_samples: int = 1,
 ) -> Balance:
     """Balance an orbit with few harmonics, to go on from.
 
@@ -136,6 +149,9 @@ def first_orbit(
         Periods of the excitation after which the orbit repeats; as for the start, or one, by default.
     tolerance
         Relative correction of the rates at which it is balanced.
+    fewest_samples
+        Of the residual along the orbit: more than the few that go with the harmonics, if it is to be
+        followed over knots.
 
     Raises
     ------
@@ -155,8 +171,8 @@ def first_orbit(
     near = [] if start is None else [replace(rest, coefficients=_spread(start, harmonics, subharmonic))]
     for guess in (*near, rest):
         with suppress(NoPeriodicOrbitError):
-            return newton(guess, tolerance, _HASTE)
-    return _by_amplitude(rest, tolerance)
+            return newton(guess, tolerance, _HASTE, fewest_samples=fewest_samples)
+    return _by_amplitude(rest, tolerance, fewest_samples)
 
 
 def _spread(start: PeriodicOrbit, harmonics: int, subharmonic: int) -> Array:
@@ -172,16 +188,18 @@ def _spread(start: PeriodicOrbit, harmonics: int, subharmonic: int) -> Array:
     return found
 
 
-def _by_amplitude(rest: Orbit, tolerance: float) -> Balance:
+def _by_amplitude(rest: Orbit, tolerance: float, fewest_samples: int) -> Balance:
     """Follow the response to small amplitudes as they grow to the full ones."""
-    tracer = Tracer(AmplitudePath(rest.model, rest.excitation), 1.0, rest.harmonics, rest.subharmonic, 1e-6)
+    path, orders = AmplitudePath(rest.model, rest.excitation), (rest.harmonics, rest.subharmonic)
+    tracer = Tracer(path, 1.0, *orders, tolerance=1e-6, fewest_samples=fewest_samples)
     reached = 0.0
     try:
         reached, small = _small(tracer, rest)
         for step in islice(tracer.march(tracer.begin(small, reached, 1.0), _STRIDE), _MOST_STRIDES):
             reached = step.end.value
             if step.passes(1.0):
-                return newton(tracer.orbit(tracer.landing(step, 1.0).end), tolerance)
+                found = tracer.orbit(tracer.landing(step, 1.0).end)
+                return newton(found, tolerance, fewest_samples=fewest_samples)
         cause = f"{_MOST_STRIDES} steps were not enough"
     except NoPeriodicOrbitError as error:
         if reached == 0.0:

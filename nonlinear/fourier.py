@@ -10,7 +10,7 @@ def samples_for(harmonics: int) -> int:
 
     The harmonics of a cube, up to three times as high, then leave those that are balanced alone.
     """
-    return 1 << (4 * harmonics).bit_length()
+    return 1 << int(4 * harmonics).bit_length()
 
 
 def samples(coefficients: np.ndarray, count: int) -> np.ndarray:

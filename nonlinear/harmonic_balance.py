@@ -61,15 +61,27 @@ def relative_correction(change: np.ndarray, coefficients: np.ndarray) -> float:
     return float(np.abs(np.maximum(orders, 1) * change).max() / scale)
 
 
-def newton(orbit: Orbit, tolerance: float, most: int = 25) -> Balance:
+def newton(orbit: Orbit, tolerance: float, most: int = 25, *, fewest_samples: int = 1) -> Balance:
     """Balance the harmonics of an orbit by Newton's method with the exact Jacobian.
+
+    Parameters
+    ----------
+    orbit
+        Where it starts.
+    tolerance
+        Relative correction of the rates at which it ends.
+    most
+        Iterations.
+    fewest_samples
+        Of the residual along the orbit; few are made by default, in proportion to the harmonics.
 
     Raises
     ------
     NoPeriodicOrbitError
         If the corrections do not fall below the tolerance.
     """
-    equations, unknowns = HarmonicEquations.of(orbit), fourier.packed(orbit.coefficients)
+    equations = HarmonicEquations.of(orbit, fewest_samples)
+    unknowns = fourier.packed(orbit.coefficients)
     correction = np.inf
     for iteration in range(1, most + 1):
         arguments = equations.arguments(unknowns)

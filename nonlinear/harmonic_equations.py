@@ -17,23 +17,38 @@ from chassym.nonlinear import fourier
 from chassym.nonlinear.excitation import Harmonic
 from chassym.nonlinear.orbit import Orbit
 
+_PER_PERIOD = 2048
+"""Samples of a period of the excitation where there are knots to pass."""
+
 
 @dataclass(frozen=True, eq=False)
 class HarmonicEquations:
     """The equations of one test, balanced up to a number of harmonics of its frequency or a fraction of it.
 
     The unknowns are the real and imaginary parts of all coefficients, packed as `fourier.packed` does.
+
+    Attributes
+    ----------
+    model, excitation
+        The test.
+    harmonics
+        How many are balanced.
+    subharmonic
+        Periods of the excitation after which the motion repeats.
+    fewest_samples
+        Of the residual along an orbit; there are at least as many as `fourier.samples_for` the harmonics.
     """
 
     model: Model
     excitation: Harmonic
     harmonics: int
     subharmonic: int = 1
+    fewest_samples: int = 1
 
     @classmethod
-    def of(cls, orbit: Orbit) -> HarmonicEquations:
+    def of(cls, orbit: Orbit, fewest_samples: int = 1) -> HarmonicEquations:
         """Those that an orbit is to satisfy."""
-        return cls(orbit.model, orbit.excitation, orbit.harmonics, orbit.subharmonic)
+        return cls(orbit.model, orbit.excitation, orbit.harmonics, orbit.subharmonic, fewest_samples)
 
     def orbit(self, unknowns: np.ndarray) -> Orbit:
         """The orbit of some unknowns."""
@@ -47,7 +62,7 @@ class HarmonicEquations:
 
     @cached_property
     def _tables(self) -> _Tables:
-        return _tables(self.harmonics)
+        return _tables(self.harmonics, max(fourier.samples_for(self.harmonics), self.fewest_samples))
 
     @cached_property
     def _inputs(self) -> np.ndarray:
@@ -113,6 +128,15 @@ class HarmonicEquations:
         return spectrum
 
 
+def samples_at_knots(model: Model, subharmonic: int = 1) -> int:
+    """Samples of one orbit that make its forces smooth enough to follow it when a parameter changes.
+
+    Each sample that comes to pass a knot of a table makes a corner in the branch; it is the slighter, the
+    more samples there are. Without knots there are no corners.
+    """
+    return subharmonic * _PER_PERIOD if len(model.knot_distances.rows) else 1
+
+
 def _real_blocks(real: np.ndarray, imaginary: np.ndarray, n: int) -> np.ndarray:
     """Jacobian by packed unknowns.
 
@@ -136,7 +160,7 @@ def _real_blocks(real: np.ndarray, imaginary: np.ndarray, n: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class _Tables:
-    """What depends on the number of harmonics alone.
+    """What depends on the numbers of harmonics and samples alone.
 
     Attributes
     ----------
@@ -160,8 +184,7 @@ class _Tables:
 
 
 @lru_cache(maxsize=64)
-def _tables(harmonics: int) -> _Tables:
-    count = fourier.samples_for(harmonics)
+def _tables(harmonics: int, count: int) -> _Tables:
     base = fourier.basis(harmonics, count).T
     orders = np.arange(1, harmonics + 1)[:, None]
     rates = np.concatenate([0 * base[:1], orders * base[harmonics + 1 :], -orders * base[1 : harmonics + 1]])

@@ -19,7 +19,9 @@ _NOTHING = 1e-6
 
 @dataclass(frozen=True)
 class LossOfContact:
-    """A time without contact.
+    """A time without contact in a simulation.
+
+    All those in a period of a periodic orbit are a `chassym.nonlinear.rig.PeriodicLossOfContact`.
 
     Attributes
     ----------

@@ -8,9 +8,12 @@ from chassym.derivation.system import Measurement
 
 def carries_by_contact(output: Measurement) -> bool:
     """Whether an output is the force of a support that can only push, or should."""
-    return output.name.endswith("patch_force_z") or (
-        isinstance(output, ContactForce) and isinstance(output.element.characteristic, Unilateral)
-    )
+    return output.name.endswith("patch_force_z") or is_unilateral(output)
+
+
+def is_unilateral(output: Measurement) -> bool:
+    """Whether an output is the force of a support that can only push, and so is lifted off."""
+    return isinstance(output, ContactForce) and isinstance(output.element.characteristic, Unilateral)
 
 
 def patch_of(output_name: str) -> str:

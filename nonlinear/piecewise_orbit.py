@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.polynomial import legendre
 
-from chassym.derivation import Model
+from chassym.derivation import Model, Singularity
 from chassym.nonlinear.excitation import Harmonic
 from chassym.nonlinear.gauss_points import (
     Places,
@@ -26,7 +26,7 @@ from chassym.nonlinear.periodic_orbit import PeriodicOrbit
 Array = np.ndarray
 
 _DENSE, _ZOOMED, _ZOOMS = 33, 13, 2
-"""Places of a piece where an extreme is looked for, then of the interval around the best one, and how often."""
+"""Places of a piece where an extreme is looked for, then around the best one, and how often so."""
 
 _CANDIDATES = 3
 """Pieces in which an extreme is looked for: peaks may be too alike for places to tell which is higher."""
@@ -127,6 +127,11 @@ class PiecewiseOrbit(PeriodicOrbit):
     def motion_at(self, phases: Array) -> Array:
         """Coordinates, then rates, shape (2 n, phases)."""
         return self.motion_in(*self.located(phases))[: 2 * self.model.size]
+
+    @cached_property
+    def nearest_singularity(self) -> Singularity | None:
+        """The nearest approach to the singularity of a rotation sequence; None if there is no sequence."""
+        return self.model.nearest_singularity(self._sampled)
 
     def extremes(self, rows: list[int]) -> tuple[Array, Array]:
         """Smallest and largest value of some outputs over the orbit, shape (len(rows),) each.

@@ -12,6 +12,7 @@ from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation import Harmonic
 from chassym.nonlinear.floquet import multipliers
 from chassym.nonlinear.harmonic_balance import newton
+from chassym.nonlinear.harmonic_equations import samples_at_knots
 from chassym.nonlinear.orbit import Orbit
 from chassym.nonlinear.simulate import simulate
 
@@ -52,7 +53,7 @@ def settle(
         If it cannot be integrated.
     """
     state = (1 + _DISTURBANCE) * state + _DISTURBANCE**2
-    count = fourier.samples_for(harmonics)
+    count, fewest = fourier.samples_for(harmonics), samples_at_knots(model)
     last = np.arange(count) / count + _PERIODS - 1
     times = excitation.period_s * np.concatenate([[0.0], last, [_PERIODS]])
     for _ in range(_ROUNDS):
@@ -60,7 +61,7 @@ def settle(
         state = moved[:, -1]
         guess = fourier.coefficients(moved[: model.size, 1:-1], harmonics)
         with suppress(NoPeriodicOrbitError):
-            found = newton(Orbit(model, excitation, guess), tolerance).orbit
+            found = newton(Orbit(model, excitation, guess), tolerance, fewest_samples=fewest).orbit
             if _is_near(found.coefficients, guess) and abs(multipliers(found)[0]) < 1.0:
                 return found
     raise NoPeriodicOrbitError(

@@ -97,7 +97,7 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False)
-class SteppedSine:
+class SteppedResponse:
     """A test upward and downward.
 
     Attributes
@@ -138,7 +138,7 @@ def stepped_sine(
     tolerance: float = 1e-3,
     harmonics: int = 7,
     progress: Progress = lambda share: None,
-) -> SteppedSine:
+) -> SteppedResponse:
     """Step a test up and down, and report at each step the stable orbit that a rig would find.
 
     Each step starts from the orbit of the last. Where its branch folds or loses its stability on the way, the
@@ -178,7 +178,7 @@ def stepped_sine(
         for a, b in zip(upward, downward, strict=True)
     ]
     runs = test.run(UPWARD, upward), test.run(DOWNWARD, downward)
-    return SteppedSine(path, steps, *runs, steps[np.array(differ)])
+    return SteppedResponse(path, steps, *runs, steps[np.array(differ)])
 
 
 @dataclass(frozen=True, eq=False)

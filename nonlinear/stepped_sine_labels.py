@@ -8,12 +8,12 @@ import numpy as np
 import xarray
 
 from chassym.nonlinear.result import SteadyState
-from chassym.nonlinear.stepped_sine import DOWNWARD, UPWARD, SteppedSine
+from chassym.nonlinear.stepped_sine import DOWNWARD, UPWARD, SteppedResponse
 
 Array = np.ndarray
 
 
-def labelled(test: SteppedSine) -> xarray.Dataset:
+def labelled(test: SteppedResponse) -> xarray.Dataset:
     """Metrics, errors, smallest patch force and stability over direction and the path's parameter.
 
     NaN stands where there is no steady state; `reason` says why.
@@ -47,7 +47,7 @@ def labelled(test: SteppedSine) -> xarray.Dataset:
     )
 
 
-def _jumps(test: SteppedSine) -> dict[str, tuple[str, Array, dict[str, str]]]:
+def _jumps(test: SteppedResponse) -> dict[str, tuple[str, Array, dict[str, str]]]:
     """Where from and where to each jump leads, over `jump`."""
     text = {
         "jump_direction": "direction",

@@ -10,10 +10,12 @@ from itertools import islice
 import numpy as np
 
 from chassym.nonlinear import fourier
-from chassym.nonlinear.arclength import Point, Step, Tracer
+from chassym.nonlinear.arclength import Tracer
+from chassym.nonlinear.branch_steps import Point, Step
 from chassym.nonlinear.continuation import first_orbit
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.floquet import multipliers
+from chassym.nonlinear.harmonic_equations import samples_at_knots
 from chassym.nonlinear.orbit import Orbit
 from chassym.nonlinear.paths import Path, place
 from chassym.nonlinear.settling import settle
@@ -101,7 +103,10 @@ class Stepper:
         """The stable orbit that motion from rest comes to."""
         model, excitation = self._path.at(value)
         with suppress(NoPeriodicOrbitError):
-            found = first_orbit(model, excitation, self._harmonics, tolerance=TOLERANCE).orbit
+            fewest = samples_at_knots(model)
+            found = first_orbit(
+                model, excitation, self._harmonics, tolerance=TOLERANCE, fewest_samples=fewest
+            ).orbit
             if is_stable(found):
                 return Arrival(found)
         return self.settled(value, np.zeros(2 * model.size))
@@ -112,7 +117,8 @@ class Stepper:
         Where the branch of the orbit ends before the step does, it is followed on around its fold. If that
         leads to a single stable orbit, the test comes to it; otherwise the motion is integrated in time.
         """
-        tracer = Tracer(self._path, self._span, self._harmonics, tolerance=TOLERANCE)
+        fewest = samples_at_knots(orbit.model)
+        tracer = Tracer(self._path, self._span, self._harmonics, tolerance=TOLERANCE, fewest_samples=fewest)
         near = self._nearby(tracer, orbit, begin, end)
         if near is not None:
             return Arrival(near)
@@ -182,7 +188,7 @@ class Stepper:
         march = tracer.march(tracer.begin(orbit, begin, end - begin), _LONGEST)
         for step in islice(march, _MOST_STEPS):
             for piece in tracer.pieces(step):
-                yield piece, piece.end is not step.end
+                yield piece, piece.ends_in_fold
             if not low <= step.end.value <= high:
                 return
 

@@ -13,7 +13,7 @@ from chassym.derivation.output import ContactForce
 
 
 def with_lifting_tyres(model: Model) -> Model:
-    """A model whose tyres push but do not pull, where those of the built-in vehicles are bonded to the ground.
+    """A model whose tyres push but do not pull; those of the built-in vehicles are bonded to the ground.
 
     Every element whose contact force is an output called ``..patch_force_z`` becomes unilateral. What acts
     along the ground stays bonded, in the air, too.

@@ -1,6 +1,6 @@
 """Tests of the rig as data: what its pads do, the vehicle on it, and what is read from the steady state."""
 
-from chassym.nonlinear.rig.contact import ContactLoss, contact_losses
+from chassym.nonlinear.rig.contact import PeriodicLossOfContact, contact_losses
 from chassym.nonlinear.rig.held_body import hold_body
 from chassym.nonlinear.rig.pads import CORNERS
 from chassym.nonlinear.rig.reading import load_rig_test, rig_test_names
@@ -10,8 +10,8 @@ from chassym.nonlinear.rig.shortcuts import heave, lateral, vertical
 
 __all__ = [
     "CORNERS",
-    "ContactLoss",
     "Motion",
+    "PeriodicLossOfContact",
     "Rate",
     "RigResult",
     "RigStep",

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chassym.derivation import ContactForce, Unilateral
-from chassym.derivation.system import Measurement
-from chassym.nonlinear.patches import carries_by_contact, patch_of
+from chassym.nonlinear.patches import carries_by_contact, is_unilateral, patch_of
 from chassym.nonlinear.periodic_orbit import PeriodicOrbit
 
 SAMPLES = 2048
@@ -19,8 +17,10 @@ _HALVINGS = 40
 
 
 @dataclass(frozen=True)
-class ContactLoss:
-    """Where a tyre could not have stayed on its pad, or did not.
+class PeriodicLossOfContact:
+    """Every time in a period of an orbit that one tyre could not have stayed on its pad, or did not.
+
+    A single time, of a motion that need not repeat, is a `chassym.nonlinear.LossOfContact`.
 
     Attributes
     ----------
@@ -33,15 +33,15 @@ class ContactLoss:
         period's end has an end beyond it.
     period_s
         Time after which the motion repeats (s).
-    lowest_n
-        Smallest force (N): below zero if the patch is bonded.
+    smallest_force
+        Smallest vertical force then (N): zero where the tyre lifts, negative where it is bonded to its pad.
     """
 
     patch: str
     is_in_the_air: bool
     intervals_s: tuple[tuple[float, float], ...]
     period_s: float
-    lowest_n: float
+    smallest_force: float
 
     @property
     def duration_s(self) -> float:
@@ -54,7 +54,7 @@ class ContactLoss:
         return self.duration_s / self.period_s
 
 
-def contact_losses(orbit: PeriodicOrbit) -> tuple[ContactLoss, ...]:
+def contact_losses(orbit: PeriodicOrbit) -> tuple[PeriodicLossOfContact, ...]:
     """Every patch that loses contact on an orbit, the one with the smallest force first, then the longest."""
     rows = [row for row, output in enumerate(orbit.model.system.outputs) if carries_by_contact(output)]
     phases = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
@@ -64,24 +64,20 @@ def contact_losses(orbit: PeriodicOrbit) -> tuple[ContactLoss, ...]:
         for row, force in zip(rows, forces, strict=True)
         if np.any(force <= 0)
     ]
-    return tuple(sorted(found, key=lambda loss: (loss.lowest_n, -loss.duration_s)))
+    return tuple(sorted(found, key=lambda loss: (loss.smallest_force, -loss.duration_s)))
 
 
-def _is_unilateral(output: Measurement) -> bool:
-    return isinstance(output, ContactForce) and isinstance(output.element.characteristic, Unilateral)
-
-
-def _loss(orbit: PeriodicOrbit, row: int, phases: np.ndarray, force: np.ndarray) -> ContactLoss:
+def _loss(orbit: PeriodicOrbit, row: int, phases: np.ndarray, force: np.ndarray) -> PeriodicLossOfContact:
     """What is known of one patch whose force is not positive at some of the phases."""
     output = orbit.model.system.outputs[row]
     period_s = orbit.period_s
     intervals = _intervals(orbit, row, phases, force <= 0)
-    return ContactLoss(
+    return PeriodicLossOfContact(
         patch=patch_of(output.name),
-        is_in_the_air=_is_unilateral(output),
+        is_in_the_air=is_unilateral(output),
         intervals_s=tuple((b * period_s / (2 * np.pi), e * period_s / (2 * np.pi)) for b, e in intervals),
         period_s=period_s,
-        lowest_n=float(force.min()) + 0.0,
+        smallest_force=float(force.min()) + 0.0,
     )
 
 

@@ -13,7 +13,7 @@ from chassym.derivation import Model
 from chassym.nonlinear.metrics import Metric
 from chassym.nonlinear.paths import ACCELERATION, DISPLACEMENT, VELOCITY, FrequencyPath
 from chassym.nonlinear.result import SteadyState
-from chassym.nonlinear.rig.contact import ContactLoss, contact_losses
+from chassym.nonlinear.rig.contact import PeriodicLossOfContact, contact_losses
 from chassym.nonlinear.rig.pads import pads_of
 from chassym.nonlinear.rig.rig_test import Rate, RigTest
 from chassym.nonlinear.steady_state import steady_state
@@ -57,7 +57,7 @@ class RigStep:
     rates: dict[str, Metric] = field(default_factory=dict)
 
     @cached_property
-    def contact_losses(self) -> tuple[ContactLoss, ...]:
+    def contact_losses(self) -> tuple[PeriodicLossOfContact, ...]:
         """Every patch without contact for a time, the worst first; only where there is a steady state."""
         return () if self.state is None else contact_losses(self.state.orbit)
 

@@ -170,6 +170,14 @@ def test_names_of_derivatives_are_taken_too(name: str) -> None:
         cart.add_input(name, "m")
 
 
+def test_a_name_that_is_taken_says_by_what() -> None:
+    cart = Mechanism("cart", gravity=0)
+    body = cart.add_body("cart", cart.ground, prismatic("z", "z"), (0, 0, 0), mass=1)
+    output = PointDisplacement("cart", cart.point("centre", body, (0, 0, 0)), "z", cart.ground)
+    with pytest.raises(MechanismError, match="'cart' is taken by a body; an output needs another one$"):
+        cart.add_output(output)
+
+
 def test_names_of_intermediate_results_are_kept_apart() -> None:
     cart = Mechanism("cart", gravity=0)
     with pytest.raises(MechanismError, match="'_0' begins with an underscore"):

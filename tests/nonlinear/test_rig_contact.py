@@ -55,7 +55,7 @@ def test_a_bonded_patch_is_pulled_while_the_sine_is_beyond_the_load(
     half = np.arccos(MASS * GRAVITY / abs(force))
     assert not loss.is_in_the_air
     assert loss.share == pytest.approx(half / np.pi, abs=1e-6)
-    assert loss.lowest_n == pytest.approx(MASS * GRAVITY - abs(force), rel=1e-5)
+    assert loss.smallest_force == pytest.approx(MASS * GRAVITY - abs(force), rel=1e-5)
     ((begin, end),) = (np.array(each) * 2 * np.pi / loss.period_s for each in loss.intervals_s)
     middle = np.angle(np.exp(1j * (np.pi - np.angle(force))))
     assert np.exp(0.5j * (begin + end)) == pytest.approx(np.exp(1j * middle), abs=1e-5)
@@ -107,7 +107,7 @@ def test_a_tyre_in_the_air_carries_nothing_and_its_mass_falls_freely(
     state = steady_state(model, Harmonic(frequency, {"road": amplitude}), tolerance=1e-4)
     (loss,) = contact_losses(state.orbit)
     assert loss.is_in_the_air
-    assert loss.lowest_n == 0
+    assert loss.smallest_force == 0
     assert 0 < loss.share < 0.6
     for begin, end in loss.intervals_s:
         width = end - begin
@@ -125,5 +125,5 @@ def test_patches_are_told_worst_first(half_car: Model) -> None:
     state = steady_state(half_car, Harmonic(6.0, {"front_road": 0.05, "rear_road": 0.05}))
     losses = contact_losses(state.orbit)
     assert [loss.patch for loss in losses] == ["front", "rear"]
-    assert losses[0].lowest_n == pytest.approx(state.contact.value, rel=1e-4)
-    assert losses[0].lowest_n < losses[1].lowest_n < 0
+    assert losses[0].smallest_force == pytest.approx(state.contact.value, rel=1e-4)
+    assert losses[0].smallest_force < losses[1].smallest_force < 0

@@ -1,6 +1,7 @@
 """Running rig tests: one frequency, stepped sines with jumps, and their labelled arrays."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from chassym.derivation import (
     build_model,
     prismatic,
 )
-from chassym.nonlinear import steady_state
+from chassym.nonlinear import NoPeriodicOrbitError, steady_state
 from chassym.nonlinear.rig import Motion, Rate, RigResult, RigTest, load_rig_test, run
 from chassym.nonlinear.rig.pads import PADS
 from chassym.nonlinear.rig.plots import draw_rig_test
@@ -149,8 +150,7 @@ def test_a_rate_is_the_slope_of_a_regression_line() -> None:
 
 
 def test_what_is_not_found_keeps_its_reason(monkeypatch: pytest.MonkeyPatch, quarter_car: Model) -> None:
-    from chassym.nonlinear import NoPeriodicOrbitError, stepped_sine
-
+    stepped_sine = import_module("chassym.nonlinear.stepped_sine")
     genuine = stepped_sine.steady_state
 
     def failing(model, excitation, **options):

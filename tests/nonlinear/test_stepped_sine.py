@@ -27,7 +27,7 @@ from chassym.nonlinear.distortion import distortion
 from chassym.nonlinear.orbit import Orbit
 from chassym.nonlinear.paths import ACCELERATION, VELOCITY, AmplitudePath, FrequencyPath
 from chassym.nonlinear.settling import settle
-from chassym.nonlinear.stepped_sine import SteppedSine, stepped_sine
+from chassym.nonlinear.stepped_sine import SteppedResponse, stepped_sine
 
 from .duffing import Duffing
 
@@ -47,11 +47,11 @@ def resonance(path: FrequencyPath) -> Branch:
 
 
 @pytest.fixture(scope="module")
-def swept(path: FrequencyPath) -> SteppedSine:
+def swept(path: FrequencyPath) -> SteppedResponse:
     return stepped_sine(path, FREQUENCIES / TURN, metrics=["displacement"], tolerance=1e-4, harmonics=9)
 
 
-def test_jumps_are_where_the_branch_folds(swept: SteppedSine, resonance: Branch) -> None:
+def test_jumps_are_where_the_branch_folds(swept: SteppedResponse, resonance: Branch) -> None:
     high, low = (fold.value for fold in resonance.folds)
     up, down = swept.jumps
     assert (up.direction, down.direction) == ("upward", "downward")
@@ -62,7 +62,7 @@ def test_jumps_are_where_the_branch_folds(swept: SteppedSine, resonance: Branch)
     assert up.from_amplitude > 10 * up.to_amplitude and down.from_amplitude < down.to_amplitude
 
 
-def test_each_way_finds_its_stable_orbits(swept: SteppedSine, resonance: Branch) -> None:
+def test_each_way_finds_its_stable_orbits(swept: SteppedResponse, resonance: Branch) -> None:
     """Between the folds upper orbits upward and lower ones downward; elsewhere the only one."""
     high, low = (fold.value for fold in resonance.folds)
     for index, value in enumerate(swept.values):
@@ -76,7 +76,7 @@ def test_each_way_finds_its_stable_orbits(swept: SteppedSine, resonance: Branch)
     assert np.array_equal(swept.coexisting, swept.values[between])
 
 
-def test_integration_in_time_jumps_to_the_same_orbit(path: FrequencyPath, swept: SteppedSine) -> None:
+def test_integration_in_time_jumps_to_the_same_orbit(path: FrequencyPath, swept: SteppedResponse) -> None:
     """From the last orbit of the upper branch at the first frequency beyond the fold."""
     last, beyond = (int(np.argmin(np.abs(TURN * swept.values - w))) for w in (2.0, 2.1))
     start, end = swept.upward.states[last], swept.upward.states[beyond]
@@ -89,7 +89,7 @@ def test_integration_in_time_jumps_to_the_same_orbit(path: FrequencyPath, swept:
     assert end.orbit.state() == pytest.approx(moved, abs=1e-3 * np.abs(moved).max())
 
 
-def test_what_a_sweep_found_is_labelled(swept: SteppedSine) -> None:
+def test_what_a_sweep_found_is_labelled(swept: SteppedResponse) -> None:
     labelled = swept.to_xarray()
     assert labelled.displacement.dims == ("direction", "frequency")
     assert labelled.frequency.attrs["units"] == "Hz" and labelled.displacement.attrs["units"] == "m"

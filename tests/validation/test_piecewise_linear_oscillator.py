@@ -14,7 +14,7 @@ of s = x - u and s': m s'' + f(s) + g(s') = - m u'' - weight.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 import pytest
@@ -37,7 +37,8 @@ from chassym.derivation import (
     prismatic,
 )
 from chassym.nonlinear import Harmonic, Orbit, SteadyState, steady_state
-from chassym.nonlinear.continuation import follow
+from chassym.nonlinear.arclength import Tracer
+from chassym.nonlinear.continuation import first_orbit, follow
 from chassym.nonlinear.paths import FrequencyPath
 from chassym.nonlinear.subharmonics import subharmonic_orbit
 
@@ -369,8 +370,11 @@ def test_orbits_of_twice_the_period(frequency_hz: float) -> None:
 @pytest.mark.parametrize(
     ("slopes", "damping"), [((4e3, 1.5e3, 4e3), 12.0), ((1e3, 3e3, 1e3), 10.0)], ids=["harder", "softer"]
 )
-def test_folds_of_a_trilinear_spring(slopes: tuple[float, float, float], damping: float) -> None:
-    """Those of 31 harmonics beside the exact ones, where the orbit repeats and a multiplier is 1."""
+@pytest.mark.parametrize(("harmonics", "tolerance"), [(7, 2e-5), (31, 1e-6)])
+def test_folds_of_a_trilinear_spring(
+    slopes: tuple[float, float, float], damping: float, harmonics: int, tolerance: float
+) -> None:
+    """The only two beside the exact ones, where the orbit repeats and a multiplier is 1; unstable between."""
 
     def case(frequency_hz: float) -> Oscillator:
         return Oscillator(Law((-0.01, 0.01), slopes), straight(damping), 10.0, 0.004, frequency_hz)
@@ -382,13 +386,17 @@ def test_folds_of_a_trilinear_spring(slopes: tuple[float, float, float], damping
         return np.array([*gap, np.linalg.det(orbit.monodromy - np.eye(2))])
 
     path = FrequencyPath(case(1.0).model(), case(1.0).excitation)
-    folds = sorted(follow(path, 1.0, 4.5, harmonics=31).folds, key=lambda fold: fold.value)
-    assert len(folds) >= 2
-    for fold in (folds[0], folds[-1]):
+    branch = follow(path, 1.0, 4.5, harmonics=harmonics)
+    assert len(branch.folds) == 2
+    for fold in branch.folds:
         near = np.array([*(fold.orbit.state() - [case(1.0).amplitude, 0]), fold.value])
         exact = root(residual, near, tol=1e-12, options={"eps": 1e-8})
         assert np.abs(exact.fun).max() < 1e-10
-        assert fold.value == pytest.approx(exact.x[2], rel=5e-4)
+        assert fold.value == pytest.approx(exact.x[2], rel=tolerance)
+    number, (first, last) = np.arange(len(branch.values)), (fold.point for fold in branch.folds)
+    expected = (number <= first) | (number > last)
+    away = np.min([np.abs(branch.values / fold.value - 1) for fold in branch.folds], axis=0) > tolerance
+    assert away.sum() > 140 and np.array_equal(branch.is_stable[away], expected[away])
 
 
 # Loss of contact
@@ -560,6 +568,43 @@ def test_two_masses_one_of_which_meets_a_spring(frequency: float, state: Sequenc
     np.testing.assert_allclose(steady.orbit.state(), expected.state, atol=TOLERANCE * 10)
     agree_in_stability(steady.multipliers, expected, STOP_TOLERANCE)
     assert steady.is_stable == (np.abs(expected.multipliers[0]) < 1)
+
+
+def linear_reach(frequency: float) -> float:
+    """Amplitude of the first mass while it does not meet the stop."""
+    link = 1 + 1j * frequency * LOSS
+    stiffness = np.array([[link, -link], [-link, 2 * link]]) - frequency**2 * np.eye(2)
+    return float(np.abs(np.linalg.solve(stiffness, [0, FORCE])[0]))
+
+
+def test_a_branch_goes_on_where_contact_begins() -> None:
+    """It turns sharply where the first mass comes to reach the stop, and there alone meets the linear one."""
+    path = FrequencyPath(two_masses_model(), pushed(0.8))
+    branch = follow(path, 0.8 / (2 * np.pi), 0.55 / (2 * np.pi), harmonics=21)
+    frequencies, reach = 2 * np.pi * branch.values, branch.amplitude("first_displacement")
+    assert frequencies[-1] == pytest.approx(0.55, rel=1e-12)
+    upper, lower = (brentq(lambda w: linear_reach(w) - GAP, *ends) for ends in ((0.62, 0.7), (0.55, 0.6)))
+    assert 2 * np.pi * branch.folds[0].value == pytest.approx(upper, rel=1e-4)
+    touching = np.flatnonzero(reach > GAP)
+    assert np.array_equal(touching, np.arange(touching[0], touching[-1] + 1))
+    assert frequencies[touching[0] - 1] > upper > lower > frequencies[touching[-1] + 1]
+    free = np.setdiff1d(np.arange(len(reach)), touching)
+    assert reach[free] == pytest.approx([linear_reach(w) for w in frequencies[free]], rel=1e-9)
+    for point in touching[::8]:
+        exact = two_masses(frequencies[point]).orbit(branch.orbits[point].state())
+        assert branch.orbits[point].state() == pytest.approx(exact.state, abs=0.03)
+        assert abs(branch.multipliers[point][0]) == pytest.approx(abs(exact.multipliers[0]), abs=0.1)
+        assert branch.is_stable[point] == (abs(exact.multipliers[0]) < 1)
+
+
+def test_corners_are_turned_however_sharp() -> None:
+    """Few samples meet the stop one by one; at each the branch turns, at some by more than 90 degrees."""
+    path, begin = FrequencyPath(two_masses_model(), pushed(0.8)), 0.8 / (2 * np.pi)
+    tracer = Tracer(path, 0.04, 5)
+    first = first_orbit(*path.at(begin), 5, tolerance=1e-9).orbit
+    steps = list(islice(tracer.march(tracer.begin(first, begin, -1.0), 0.05), 150))
+    turns = [step.straightness for step in steps if step.is_corner]
+    assert len(turns) >= 3 and min(turns) < -0.5
 
 
 @pytest.mark.parametrize(
