@@ -11,7 +11,9 @@ from chassym.derivation import Model
 from chassym.nonlinear.continuation import first_orbit
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation import Harmonic
+from chassym.nonlinear.floquet import multipliers
 from chassym.nonlinear.fourier import coefficients
+from chassym.nonlinear.harmonic_balance import at_rest, newton
 from chassym.nonlinear.metrics import ROUNDING, Reader
 from chassym.nonlinear.orbit import Orbit
 from chassym.nonlinear.periodic_orbit import PeriodicOrbit
@@ -25,10 +27,13 @@ Array = np.ndarray
 SMALLEST_TOLERANCE = 1e-12
 """Relative error that rounding leaves."""
 
-_HARMONICS = ((3, 7), (15,))
-"""Harmonics of the guesses that a refinement may start from: some are balanced by way of fewer ones."""
+_HARMONICS = (3, 7)
+"""Harmonics of the guess that a refinement starts from, the second by way of the first."""
 
-_WAITED_PERIODS, _WAITED_SAMPLES = 40, 512
+_MANY_HARMONICS, _HASTE = 15, 12
+"""Harmonics of the next guess, and Newton's iterations that it may take."""
+
+_WAITED_PERIODS, _WAITED_SAMPLES = 20, 512
 """Periods that a motion from rest goes on where no harmonics balance, and samples of the period after."""
 
 _BALANCED = 0.1
@@ -45,6 +50,9 @@ _INSIDE = 8.0
 
 _SHRUNK, _NEWTON = 0.04, 30.0
 """Part of a metric's last movement that is left as error, and a further part by the last correction."""
+
+_UNCHANGED = 1e-8
+"""Difference of a Floquet multiplier from one below which a deviation comes back unchanged."""
 
 _LEAST = 0.03
 """Part of the error of the middle metric that every metric is taken to have at least."""
@@ -98,7 +106,7 @@ def steady_state(
                 return _refined(guess(), reader, tolerance)
             except NoPeriodicOrbitError as error:
                 reasons.append(error)
-    raise reasons[-len(_HARMONICS) - 1]  # the one of the first guess from rest
+    raise reasons[-3]  # that of the first of the three guesses from rest
 
 
 def checked_reader(model: Model, metrics: Sequence[str] | None, tolerance: float) -> Reader:
@@ -136,19 +144,23 @@ def _guesses(
     """What finds orbits to start from, the cheapest first."""
     if start is not None and start.subharmonic == subharmonic:
         yield partial(start.under, model, excitation)
-    for way in _HARMONICS:
-        yield partial(_balanced, model, excitation, way, subharmonic)
+    yield partial(_balanced, model, excitation, subharmonic)
+    yield partial(_balanced_from_rest, model, excitation, subharmonic)
     yield partial(_after_waiting, model, excitation, subharmonic)
 
 
-def _balanced(model: Model, excitation: Harmonic, way: Sequence[int], subharmonic: int) -> Orbit:
-    """An orbit of a few harmonics, by way of fewer ones."""
-    orbit = None
-    for harmonics in way:
-        order = harmonics * subharmonic
-        found = first_orbit(model, excitation, order, orbit, subharmonic=subharmonic, tolerance=_BALANCED)
-        orbit = found.orbit
+def _balanced(model: Model, excitation: Harmonic, subharmonic: int) -> Orbit:
+    """An orbit of a few harmonics, by way of fewer ones, and of smaller amplitudes if need be."""
+    few, more = (harmonics * subharmonic for harmonics in _HARMONICS)
+    first = first_orbit(model, excitation, few, subharmonic=subharmonic, tolerance=_BALANCED)
+    found = first_orbit(model, excitation, more, first.orbit, subharmonic=subharmonic, tolerance=_BALANCED)
     return found.orbit
+
+
+def _balanced_from_rest(model: Model, excitation: Harmonic, subharmonic: int) -> Orbit:
+    """An orbit of many harmonics, which are balanced at times where few are not."""
+    rest = at_rest(model, excitation, _MANY_HARMONICS * subharmonic, subharmonic)
+    return newton(rest, _BALANCED, _HASTE).orbit
 
 
 def _after_waiting(model: Model, excitation: Harmonic, subharmonic: int) -> Orbit:
@@ -156,7 +168,7 @@ def _after_waiting(model: Model, excitation: Harmonic, subharmonic: int) -> Orbi
     last = subharmonic * np.arange(_WAITED_SAMPLES) / _WAITED_SAMPLES
     times = excitation.period_s * np.concatenate([[0.0], _WAITED_PERIODS * subharmonic + last])
     try:
-        moved = simulate(model, excitation, times, relative_tolerance=1e-6).states[: model.size, 1:]
+        moved = simulate(model, excitation, times, relative_tolerance=1e-5).states[: model.size, 1:]
     except SimulationError as error:
         raise NoPeriodicOrbitError(str(error)) from None
     return Orbit(model, excitation, coefficients(moved, _WAITED_SAMPLES // 8), subharmonic)
@@ -176,6 +188,11 @@ def _refined(guess: PeriodicOrbit, reader: Reader, tolerance: float) -> SteadySt
                 statistics = Statistics("collocation", unknowns, found.iterations, found.correction)
                 return SteadyState(found.orbit, peaks, contact, statistics)
         before = reading
+    if np.abs(multipliers(found.orbit) - 1).min() < _UNCHANGED:
+        raise NoPeriodicOrbitError(
+            f"at {found.orbit.excitation.frequency_hz:g} Hz nothing brings a deviation back; give every "
+            "coordinate some stiffness, and its resonance some damping"
+        )
     worst = int(np.argmax(error / reader.scale(reading)))
     raise NoPeriodicOrbitError(
         f"{reader.names[worst]} = {reading[worst]:.6g} {reader.units[worst]} still has an error of "

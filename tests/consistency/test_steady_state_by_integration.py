@@ -6,6 +6,7 @@ import pytest
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic, rig, simulate, steady_state
 from chassym.nonlinear.floquet import monodromy
+from chassym.nonlinear.piecewise_orbit import PiecewiseOrbit
 
 SAMPLES = 40_000
 """Samples of the last period: a corner's tip may lie half a sample from the nearest."""
@@ -49,10 +50,12 @@ def test_deviations_move_as_the_monodromy_matrix_says(sedan: Model) -> None:
     excitation = rig.lateral()
     orbit = steady_state(sedan, excitation, tolerance=1e-6).orbit
     generator = np.random.default_rng(3)
-    times = np.array([0.0, excitation.period_s])
+    assert isinstance(orbit, PiecewiseOrbit)
+    begin = orbit.state(orbit.boundaries[0])
+    times = orbit.boundaries[0] / excitation.angular_frequency + np.array([0.0, excitation.period_s])
     for _ in range(8):
         deviation = 1e-5 * generator.normal(size=2 * sedan.size)
         deviation[sedan.size :] *= excitation.angular_frequency
-        moved = simulate(sedan, excitation, times, start=orbit.state() + deviation, relative_tolerance=1e-10)
-        left = moved.states[:, 1] - orbit.state()
+        moved = simulate(sedan, excitation, times, start=begin + deviation, relative_tolerance=1e-10)
+        left = moved.states[:, 1] - begin
         assert np.linalg.norm(monodromy(orbit) @ deviation - left) < 0.01 * np.linalg.norm(left)
