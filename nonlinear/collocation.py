@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from chassym.derivation import Model
 from chassym.nonlinear.cyclic_chain import CyclicChain
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.gauss_points import GaussPoints, gauss_points
@@ -24,7 +25,7 @@ from chassym.nonlinear.piecewise_orbit import PiecewiseOrbit
 Array = np.ndarray
 
 
-_TOGETHER = 40_000
+_TOGETHER = 40000
 """Numbers in the matrices of the pieces that are solved together: few enough to stay in the caches."""
 
 
@@ -40,38 +41,43 @@ class Linearisation:
     def __init__(self, orbit: PiecewiseOrbit) -> None:
         self._orbit = orbit
         self._points = gauss_points(orbit.points)
+        n, (pieces, points) = orbit.model.size, orbit.accelerations.shape[:2]
         arguments = orbit.arguments_in_pieces(self._points.places)
-        n, shape = orbit.model.size, orbit.accelerations.shape[:2]
-        residual = orbit.model.residual(arguments).T.reshape(*shape, n)
-        derivatives = _derivatives(orbit, arguments)
-        solved = np.empty((*shape, n, 2 * n + 1))
-        together = max(1, _TOGETHER // (orbit.points * n) ** 2)
-        for start in range(0, shape[0], together):
+        solved = np.empty((pieces, points, n, 2 * n + 1))
+        together = max(1, _TOGETHER // (points * n) ** 2)
+        for start in range(0, pieces, together):
             part = slice(start, start + together)
-            solved[part] = self._condensed(part, residual[part], derivatives[part])
+            solved[part] = self._condensed(part, arguments[:, start * points : (start + together) * points])
         self._end = _ends(solved, orbit.durations_s[:, None, None], self._points)
-        self._solved = solved.reshape(shape[0], -1, 2 * n + 1)
+        self._solved = solved.reshape(pieces, -1, 2 * n + 1)
 
-    def _condensed(self, part: slice, residual: Array, derivatives: Array) -> Array:
+    def _condensed(self, part: slice, arguments: Array) -> Array:
         """Accelerations by the state at the start of some pieces, and by the residual.
+
+        Parameters
+        ----------
+        arguments
+            The equations' arguments at the points of these pieces.
 
         Returns
         -------
         numpy.ndarray
             Shape (pieces, points, n, 2 n + 1).
         """
-        stiffness, damping, mass = (derivatives[:, :, kind] for kind in range(3))
-        durations, points = self._orbit.durations_s[part, None, None], self._points
-        matrix = (durations * points.first)[:, :, None, :, None] * damping[:, :, :, None, :]
-        matrix += (durations**2 * points.second)[:, :, None, :, None] * stiffness[:, :, :, None, :]
-        same, n = np.arange(points.count), residual.shape[-1]
-        matrix[:, same, :, same, :] += mass.swapaxes(0, 1)
-        right = np.empty((*residual.shape, 2 * n + 1))
+        durations, points, model = self._orbit.durations_s[part, None, None], self._points, self._orbit.model
+        n, shape = model.size, (len(durations), points.count)
+        derivatives = _derivatives(model, arguments).reshape(*shape, 3, n * n)
+        unit = np.broadcast_to(np.eye(points.count), (*shape, points.count))
+        weights = np.stack([durations**2 * points.second, durations * points.first, unit], axis=-1)
+        blocks = (weights @ derivatives).reshape(*shape, points.count, n, n)
+        stiffness, damping = (derivatives[:, :, kind].reshape(*shape, n, n) for kind in range(2))
+        right = np.empty((*shape, n, 2 * n + 1))
         right[..., :n] = stiffness
         right[..., n:-1] = damping + (durations * points.places.values[:, None])[..., None] * stiffness
-        right[..., -1] = residual
+        right[..., -1] = model.residual(arguments).T.reshape(*shape, n)
         size = points.count * n
-        solved = np.linalg.solve(matrix.reshape(-1, size, size), right.reshape(-1, size, 2 * n + 1))
+        matrix = blocks.swapaxes(2, 3).reshape(-1, size, size)
+        solved = np.linalg.solve(matrix, right.reshape(-1, size, 2 * n + 1))
         return np.asarray(solved.reshape(right.shape))
 
     @cached_property
@@ -126,13 +132,13 @@ class Linearisation:
         )
 
 
-def _derivatives(orbit: PiecewiseOrbit, arguments: Array) -> Array:
-    """Of the residual by coordinates, rates and accelerations, shape (pieces, points, 3, n, n)."""
-    n, function = orbit.model.size, orbit.model.residual_jacobian
+def _derivatives(model: Model, arguments: Array) -> Array:
+    """Of the residual by coordinates, rates and accelerations, shape (samples, 3, n n)."""
+    n, function = model.size, model.residual_jacobian
     kinds, columns = np.divmod(function.columns, n)
-    full = np.zeros((arguments.shape[1], 3 * n * n))
-    full[:, (kinds * n + function.rows) * n + columns] = function(arguments).T
-    return full.reshape(*orbit.accelerations.shape[:2], 3, n, n)
+    full = np.zeros((arguments.shape[1], 3, n * n))
+    full[:, kinds, function.rows * n + columns] = function(arguments).T
+    return full
 
 
 def _ends(accelerations: Array, durations: Array, points: GaussPoints) -> Array:

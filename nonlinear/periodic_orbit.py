@@ -57,9 +57,14 @@ class PeriodicOrbit(ABC):
     def under(self, model: Model, excitation: Harmonic) -> Self:
         """The same motion over phases in another test: rates grow with its frequency."""
 
+    @cached_property
+    def _amplitudes(self) -> Array:
+        """Complex amplitudes of all inputs."""
+        return self.excitation.vector(self.model)
+
     def inputs_at(self, phases: Array) -> Array:
         """Inputs, then their rates, shape (2 inputs, phases)."""
-        turning = self.excitation.vector(self.model)[:, None] * np.exp(1j * self.subharmonic * phases)
+        turning = self._amplitudes[:, None] * np.exp(1j * self.subharmonic * phases)
         return np.concatenate([turning.real, -self.excitation.angular_frequency * turning.imag])
 
     def arguments_at(self, phases: Array) -> Array:

@@ -15,7 +15,7 @@ from chassym.nonlinear.piecewise_orbit import PiecewiseOrbit
 
 Array = np.ndarray
 
-FEWEST_POINTS, MOST_POINTS = 4, 24
+FEWEST_POINTS, MOST_POINTS = 3, 24
 """Gauss points of a piece at first, and where the refinement gives up."""
 
 _MOST_STEPS = 40
