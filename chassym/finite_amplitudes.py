@@ -10,7 +10,7 @@ import numpy as np
 from chassym.derivation import Model
 from chassym.linear import LinearisationError, frequency_response, linearise_for_motion
 from chassym.nonlinear import Harmonic, NoPeriodicOrbitError, SteadyState, steady_state
-from chassym.nonlinear.distortion import distortion
+from chassym.nonlinear.orbits.distortion import distortion
 
 Array = np.ndarray
 

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import xarray
 
     from chassym.derivation import Model
-    from chassym.nonlinear.sampling import Points
-    from chassym.nonlinear.sweep import Sweep
+    from chassym.nonlinear.sweep.sampling import Points
+    from chassym.nonlinear.sweep.sweep import Sweep
 
 MOST_POINTS = 1_000_000
 """Most points of one sweep."""
@@ -44,7 +44,7 @@ def find_points(
     ArgumentError, SamplingError, ParameterError
         If none or several are given, or something cannot be understood.
     """
-    from chassym.nonlinear.sampling import grid, latin_hypercube, one_at_a_time
+    from chassym.nonlinear.sweep.sampling import grid, latin_hypercube, one_at_a_time
 
     ways = {
         "--vary": bool(varied),
@@ -174,7 +174,7 @@ def _si(model: Model, name: str, option: str, number: str, unit: str) -> float:
     """A number in the SI unit of what it is for; of a parameter, % is relative to its nominal value."""
     from chassym.derivation.quantity import parse_quantity
     from chassym.derivation.schema import ParameterDefinition
-    from chassym.nonlinear.sampling import unit_of
+    from chassym.nonlinear.sweep.sampling import unit_of
 
     if unit != "%":
         definition = ParameterDefinition(name, unit_of(model, name))

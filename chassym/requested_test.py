@@ -105,7 +105,7 @@ def find_metrics(model: Model, test: RigTest, axes: str) -> dict[str, str]:
 
 
 def _accelerations_and_rates(model: Model, axes: str) -> dict[str, str]:
-    from chassym.nonlinear.steady_state import measured_names
+    from chassym.nonlinear.steady.steady_state import measured_names
 
     measured: dict[str, dict[str, str]] = {}
     for name in measured_names(model):

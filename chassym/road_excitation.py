@@ -6,7 +6,7 @@ import numpy as np
 
 from chassym.linear.road.road_contacts import Passage
 from chassym.linear.road.road_profile import sample_profile
-from chassym.nonlinear.time_series import PeriodicTimeSeries
+from chassym.nonlinear.excitation.time_series import PeriodicTimeSeries
 
 SAMPLES_PER_WAVE = 12
 """Samples of the shortest wave: a spline through so many misses the rate by a few parts in ten thousand."""

@@ -16,9 +16,9 @@ from chassym.requested_test import find_metrics, find_test
 if TYPE_CHECKING:
     from chassym.derivation import Model
     from chassym.nonlinear.rig import RigTest
-    from chassym.nonlinear.sampling import Points
-    from chassym.nonlinear.sweep import Progress, SweepProgress
-    from chassym.nonlinear.workers import Workers
+    from chassym.nonlinear.sweep.sampling import Points
+    from chassym.nonlinear.sweep.sweep import Progress, SweepProgress
+    from chassym.nonlinear.sweep.workers import Workers
 
 STORE = ".points"
 """What the name of a store adds to that of the results."""
@@ -58,8 +58,8 @@ def run_requested(asked: SweepRequest, load: Callable[[], Model]) -> None:
     test = find_test(asked.test, tolerance=asked.tolerance)
     if asked.dask is not None and jobs is not None:
         raise ArgumentError("--jobs", f"{jobs} beside --dask", "one of them")
-    from chassym.nonlinear.sweep import Sweep, run_sweep
-    from chassym.nonlinear.sweep_results import write_results
+    from chassym.nonlinear.sweep.sweep import Sweep, run_sweep
+    from chassym.nonlinear.sweep.sweep_results import write_results
     from chassym.requested_sweep import find_points, print_sweep
     from chassym.tables import print_paragraph
 
@@ -80,7 +80,7 @@ def run_requested(asked: SweepRequest, load: Callable[[], Model]) -> None:
 
 def _new_results(output: str) -> Path:
     """A netCDF file, or a folder for Zarr, which may be there already."""
-    from chassym.nonlinear.sweep_results import SUFFIXES
+    from chassym.nonlinear.sweep.sweep_results import SUFFIXES
 
     file = Path(output)
     if file.suffix == ".zarr" and file.is_dir():
@@ -97,7 +97,7 @@ def _at_least_one(text: str) -> int:
 
 
 def _workers(jobs: int | None, dask: str | None) -> Workers:
-    from chassym.nonlinear.workers import on_dask, on_processes, usual_workers
+    from chassym.nonlinear.sweep.workers import on_dask, on_processes, usual_workers
 
     if dask is not None:
         return on_dask(dask)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from chassym.derivation import Model
-from chassym.nonlinear.sampling import Points, grid, joined, one_at_a_time, parameter_groups
-from chassym.nonlinear.sweep import Sweep
+from chassym.nonlinear.sweep.sampling import Points, grid, joined, one_at_a_time, parameter_groups
+from chassym.nonlinear.sweep.sweep import Sweep
 from chassym.rig_tests import TESTS
 from chassym.variants import GROUPS, PLACES
 

@@ -1,19 +1,10 @@
 """The compiled equations in motion: time simulation and the periodic steady state of harmonic tests."""
 
 from chassym.nonlinear import rig
-from chassym.nonlinear.backbone import Backbone, backbone
-from chassym.nonlinear.branch import Branch, Fold
-from chassym.nonlinear.chirp import LinearChirp, LogarithmicChirp
-from chassym.nonlinear.continuation import first_orbit, follow
-from chassym.nonlinear.distortion import distortion
-from chassym.nonlinear.errors import NoPeriodicOrbitError
-from chassym.nonlinear.excitation import Excitation, ExcitationError, Harmonic
-from chassym.nonlinear.harmonic_steady_state import harmonic_steady_state
-from chassym.nonlinear.loss_of_contact import LossOfContact
-from chassym.nonlinear.measured_files import read_time_series
-from chassym.nonlinear.metrics import Contact, Metric
-from chassym.nonlinear.orbit import Orbit
-from chassym.nonlinear.paths import (
+from chassym.nonlinear.continuation.backbone import Backbone, backbone
+from chassym.nonlinear.continuation.branch import Branch, Fold
+from chassym.nonlinear.continuation.continuation import first_orbit, follow
+from chassym.nonlinear.continuation.paths import (
     ACCELERATION,
     DISPLACEMENT,
     VELOCITY,
@@ -21,11 +12,31 @@ from chassym.nonlinear.paths import (
     FrequencyPath,
     ParameterPath,
 )
-from chassym.nonlinear.periodic_orbit import PeriodicOrbit
-from chassym.nonlinear.piecewise_orbit import PiecewiseOrbit
-from chassym.nonlinear.result import Statistics, SteadyState
-from chassym.nonlinear.right_hand_side import RightHandSide
-from chassym.nonlinear.sampling import (
+from chassym.nonlinear.continuation.stepped_sine import Jump, SteppedResponse, stepped_sine
+from chassym.nonlinear.errors import NoPeriodicOrbitError
+from chassym.nonlinear.excitation.chirp import LinearChirp, LogarithmicChirp
+from chassym.nonlinear.excitation.excitation import Excitation, ExcitationError, Harmonic
+from chassym.nonlinear.excitation.measured_files import read_time_series
+from chassym.nonlinear.excitation.step import Step
+from chassym.nonlinear.excitation.stepped_excitation import SteppedSine
+from chassym.nonlinear.excitation.superposition import Superposition
+from chassym.nonlinear.excitation.time_series import PeriodicTimeSeries, TimeSeries
+from chassym.nonlinear.harmonics.subharmonics import subharmonic_orbit
+from chassym.nonlinear.orbits.distortion import distortion
+from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
+from chassym.nonlinear.orbits.metrics import Contact, Metric
+from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
+from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
+from chassym.nonlinear.simulation.loss_of_contact import LossOfContact
+from chassym.nonlinear.simulation.right_hand_side import RightHandSide
+from chassym.nonlinear.simulation.simulate import SimulationError, simulate
+from chassym.nonlinear.simulation.simulation import Simulation
+from chassym.nonlinear.steady.harmonic_steady_state import harmonic_steady_state
+from chassym.nonlinear.steady.result import Statistics, SteadyState
+from chassym.nonlinear.steady.shooting import shooting_steady_state
+from chassym.nonlinear.steady.steady_state import steady_state
+from chassym.nonlinear.steady.waiting import waited_steady_state
+from chassym.nonlinear.sweep.sampling import (
     Points,
     SamplingError,
     grid,
@@ -34,21 +45,16 @@ from chassym.nonlinear.sampling import (
     random_sample,
     table,
 )
-from chassym.nonlinear.shooting import shooting_steady_state
-from chassym.nonlinear.simulate import SimulationError, simulate
-from chassym.nonlinear.simulation import Simulation
-from chassym.nonlinear.steady_state import steady_state
-from chassym.nonlinear.step import Step
-from chassym.nonlinear.stepped_excitation import SteppedSine
-from chassym.nonlinear.stepped_sine import Jump, stepped_sine
-from chassym.nonlinear.store import StoreError
-from chassym.nonlinear.subharmonics import subharmonic_orbit
-from chassym.nonlinear.superposition import Superposition
-from chassym.nonlinear.sweep import Sweep, SweepProgress, run_sweep
-from chassym.nonlinear.sweep_results import write_results
-from chassym.nonlinear.time_series import PeriodicTimeSeries, TimeSeries
-from chassym.nonlinear.waiting import waited_steady_state
-from chassym.nonlinear.workers import WorkersError, in_this_process, on_dask, on_processes, usual_workers
+from chassym.nonlinear.sweep.store import StoreError
+from chassym.nonlinear.sweep.sweep import Sweep, SweepProgress, run_sweep
+from chassym.nonlinear.sweep.sweep_results import write_results
+from chassym.nonlinear.sweep.workers import (
+    WorkersError,
+    in_this_process,
+    on_dask,
+    on_processes,
+    usual_workers,
+)
 
 __all__ = [
     "ACCELERATION",
@@ -68,7 +74,7 @@ __all__ = [
     "LossOfContact",
     "Metric",
     "NoPeriodicOrbitError",
-    "Orbit",
+    "FourierOrbit",
     "ParameterPath",
     "PeriodicOrbit",
     "PeriodicTimeSeries",
@@ -81,6 +87,7 @@ __all__ = [
     "Statistics",
     "SteadyState",
     "Step",
+    "SteppedResponse",
     "SteppedSine",
     "StoreError",
     "Superposition",

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chassym.nonlinear.patches import carries_by_contact, is_unilateral, patch_of
-from chassym.nonlinear.periodic_orbit import PeriodicOrbit
+from chassym.nonlinear.orbits.patches import carries_by_contact, is_unilateral, patch_of
+from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 
 SAMPLES = 2048
 """Phases at which a loss of contact is looked for; a shorter one may be missed."""

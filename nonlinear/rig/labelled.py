@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import xarray
 
-from chassym.nonlinear.metrics import Metric
-from chassym.nonlinear.patches import carries_by_contact
-from chassym.nonlinear.result import SteadyState
-from chassym.nonlinear.steady_state import measured_names
+from chassym.nonlinear.orbits.metrics import Metric
+from chassym.nonlinear.orbits.patches import carries_by_contact
+from chassym.nonlinear.steady.result import SteadyState
+from chassym.nonlinear.steady.steady_state import measured_names
 
 if TYPE_CHECKING:
     from chassym.nonlinear.rig.running import RigResult, RigStep

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from chassym.nonlinear.patches import carries_by_contact, patch_of
-from chassym.nonlinear.plots import COLORS, LINE_STYLES, MARKERS, readable_unit
-from chassym.nonlinear.result import SteadyState
+from chassym.nonlinear.orbits.patches import carries_by_contact, patch_of
+from chassym.nonlinear.plots.measurements import COLORS, LINE_STYLES, MARKERS, readable_unit
 from chassym.nonlinear.rig.running import DOWNWARD, UPWARD, RigResult, RigStep
+from chassym.nonlinear.steady.result import SteadyState
 
 _SAMPLES = 720
 _WIDTH_IN, _HEIGHT_IN = 8.0, 2.6

@@ -10,7 +10,7 @@ import numpy as np
 
 from chassym.derivation import Model, ParameterError
 from chassym.derivation.schema import refusal
-from chassym.nonlinear.excitation import Harmonic
+from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.rig.held_body import hold_body
 from chassym.nonlinear.rig.pads import PADS, Pad, pads_of
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chassym.derivation import Model
-from chassym.nonlinear.metrics import Metric
-from chassym.nonlinear.paths import ACCELERATION, DISPLACEMENT, VELOCITY, FrequencyPath
-from chassym.nonlinear.result import SteadyState
+from chassym.nonlinear.continuation.paths import ACCELERATION, DISPLACEMENT, VELOCITY, FrequencyPath
+from chassym.nonlinear.continuation.stepped_sine import Jump, Progress, Run, stepped_sine
+from chassym.nonlinear.orbits.metrics import Metric
 from chassym.nonlinear.rig.contact import PeriodicLossOfContact, contact_losses
 from chassym.nonlinear.rig.pads import pads_of
 from chassym.nonlinear.rig.rig_test import Rate, RigTest
-from chassym.nonlinear.steady_state import steady_state
-from chassym.nonlinear.stepped_sine import Jump, Progress, Run, stepped_sine
+from chassym.nonlinear.steady.result import SteadyState
+from chassym.nonlinear.steady.steady_state import steady_state
 
 if TYPE_CHECKING:
     import xarray

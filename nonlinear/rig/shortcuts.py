@@ -5,7 +5,7 @@ For any test on any vehicle: `load_rig_test(name).excitation(model)`.
 
 from __future__ import annotations
 
-from chassym.nonlinear.excitation import Harmonic
+from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.rig.reading import load_rig_test
 
 

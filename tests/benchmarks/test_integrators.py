@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic, rig, simulate
-from chassym.nonlinear.held_motion import HeldMotion
-from chassym.nonlinear.right_hand_side import RightHandSide
+from chassym.nonlinear.continuation.held_motion import HeldMotion
+from chassym.nonlinear.simulation.right_hand_side import RightHandSide
 
 pytestmark = pytest.mark.benchmark
 

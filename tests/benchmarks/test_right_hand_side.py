@@ -13,8 +13,8 @@ import pytest
 
 from chassym.derivation import Model
 from chassym.derivation.compilation.machine_code import compile_assembly, link
-from chassym.nonlinear.excitation import Harmonic
-from chassym.nonlinear.right_hand_side import RightHandSide
+from chassym.nonlinear.excitation.excitation import Harmonic
+from chassym.nonlinear.simulation.right_hand_side import RightHandSide
 
 from ..consistency.test_mujoco import mjcf
 

@@ -17,9 +17,9 @@ import pytest
 
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic, rig, simulate, steady_state
-from chassym.nonlinear.integrated_orbit import integrated_orbit
-from chassym.nonlinear.periodic_orbit import PeriodicOrbit
-from chassym.nonlinear.right_hand_side import RightHandSide
+from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
+from chassym.nonlinear.simulation.right_hand_side import RightHandSide
+from chassym.nonlinear.steady.integrated_orbit import integrated_orbit
 
 from ..consistency.test_mujoco import mjcf
 

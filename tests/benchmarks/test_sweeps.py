@@ -17,9 +17,9 @@ import pytest
 
 from chassym.derivation import Model
 from chassym.nonlinear import rig
-from chassym.nonlinear.sampling import random_sample
-from chassym.nonlinear.sweep import Sweep, run_sweep
-from chassym.nonlinear.workers import on_processes
+from chassym.nonlinear.sweep.sampling import random_sample
+from chassym.nonlinear.sweep.sweep import Sweep, run_sweep
+from chassym.nonlinear.sweep.workers import on_processes
 from chassym.rig_tests import TESTS
 from chassym.thesis_grid import thesis_grid
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray
 
-from chassym.nonlinear import sweep as sweep_module
-from chassym.nonlinear.steady_state import steady_state
+from chassym.nonlinear.steady.steady_state import steady_state
+from chassym.nonlinear.sweep import sweep as sweep_module
 
 HEAVE = ("sweep", "heave", "quarter_car", "--jobs", "1")
 

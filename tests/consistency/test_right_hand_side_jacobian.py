@@ -6,7 +6,7 @@ import pytest
 from chassym.derivation import load_model, vehicle_names
 from chassym.linear import displacements_and_rates, linearise, mean_slope
 from chassym.nonlinear import Harmonic
-from chassym.nonlinear.right_hand_side import RightHandSide
+from chassym.nonlinear.simulation.right_hand_side import RightHandSide
 
 
 @pytest.mark.parametrize("name", vehicle_names())

@@ -5,8 +5,8 @@ import pytest
 
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic, rig, simulate, steady_state
-from chassym.nonlinear.floquet import monodromy
-from chassym.nonlinear.piecewise_orbit import PiecewiseOrbit
+from chassym.nonlinear.collocation.floquet import monodromy
+from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
 SAMPLES = 40_000
 """Samples of the last period: a corner's tip may lie half a sample from the nearest."""

@@ -7,8 +7,8 @@ import pytest
 
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic, SteadyState, harmonic_steady_state, rig, steady_state
-from chassym.nonlinear.shooting import shooting_steady_state
-from chassym.nonlinear.waiting import waited_steady_state
+from chassym.nonlinear.steady.shooting import shooting_steady_state
+from chassym.nonlinear.steady.waiting import waited_steady_state
 
 AGREED = 1e-7
 TESTS = [pytest.param(rig.lateral(), id="lateral"), pytest.param(rig.vertical(), id="vertical")]

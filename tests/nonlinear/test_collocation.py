@@ -15,11 +15,11 @@ from chassym.derivation import (
     prismatic,
 )
 from chassym.nonlinear import Harmonic, NoPeriodicOrbitError, simulate, steady_state
-from chassym.nonlinear.collocation import Linearisation, in_pieces
-from chassym.nonlinear.floquet import monodromy, multipliers
-from chassym.nonlinear.harmonic_balance import at_rest, newton
-from chassym.nonlinear.mesh import FULL_TURN
-from chassym.nonlinear.piecewise_orbit import PiecewiseOrbit
+from chassym.nonlinear.collocation.collocation import Linearisation, in_pieces
+from chassym.nonlinear.collocation.floquet import monodromy, multipliers
+from chassym.nonlinear.collocation.mesh import FULL_TURN
+from chassym.nonlinear.harmonics.harmonic_balance import at_rest, newton
+from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
 from .duffing import Duffing
 
@@ -93,7 +93,7 @@ def test_a_corrected_orbit_is_continuous_and_moves_as_the_equations_ask() -> Non
 @pytest.mark.parametrize("together", [1, 10, 80_000])
 def test_pieces_solved_apart_or_together_are_the_same(together: int, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = Linearisation(solved(4, 7))
-    monkeypatch.setattr("chassym.nonlinear.collocation._TOGETHER", together)
+    monkeypatch.setattr("chassym.nonlinear.collocation.collocation._TOGETHER", together)
     found = Linearisation(solved(4, 7))
     assert found.monodromy == pytest.approx(expected.monodromy, abs=1e-14)
 

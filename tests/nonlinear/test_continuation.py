@@ -20,13 +20,11 @@ from chassym.derivation import (
     build_model,
     prismatic,
 )
-from chassym.nonlinear import ExcitationError, Harmonic, NoPeriodicOrbitError, fourier, rig, simulate
-from chassym.nonlinear.branch import Branch
-from chassym.nonlinear.continuation import first_orbit, follow
-from chassym.nonlinear.floquet import multipliers
-from chassym.nonlinear.harmonic_balance import at_rest, balance_residual, jacobian, newton
-from chassym.nonlinear.harmonic_equations import HarmonicEquations, samples_at_knots
-from chassym.nonlinear.paths import (
+from chassym.nonlinear import ExcitationError, Harmonic, NoPeriodicOrbitError, rig, simulate
+from chassym.nonlinear.collocation.floquet import multipliers
+from chassym.nonlinear.continuation.branch import Branch
+from chassym.nonlinear.continuation.continuation import first_orbit, follow
+from chassym.nonlinear.continuation.paths import (
     ACCELERATION,
     DISPLACEMENT,
     VELOCITY,
@@ -36,7 +34,10 @@ from chassym.nonlinear.paths import (
     ParameterPath,
     Path,
 )
-from chassym.nonlinear.subharmonics import repeats_late, subharmonic_orbit
+from chassym.nonlinear.harmonics import fourier
+from chassym.nonlinear.harmonics.harmonic_balance import at_rest, balance_residual, jacobian, newton
+from chassym.nonlinear.harmonics.harmonic_equations import HarmonicEquations, samples_at_knots
+from chassym.nonlinear.harmonics.subharmonics import repeats_late, subharmonic_orbit
 
 from .duffing import Duffing
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chassym.nonlinear.cyclic_chain import CyclicChain
+from chassym.nonlinear.collocation.cyclic_chain import CyclicChain
 
 Array = np.ndarray
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chassym.nonlinear import fourier
+from chassym.nonlinear.harmonics import fourier
 
 GENERATOR = np.random.default_rng(20161)
 

@@ -6,7 +6,7 @@ from scipy.integrate import quad
 from scipy.interpolate import BarycentricInterpolator
 from scipy.special import roots_legendre
 
-from chassym.nonlinear.gauss_points import (
+from chassym.nonlinear.orbits.gauss_points import (
     Places,
     equidistant_places,
     gauss_points,

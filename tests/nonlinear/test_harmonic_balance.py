@@ -30,8 +30,14 @@ from chassym.nonlinear import (
     simulate,
     steady_state,
 )
-from chassym.nonlinear.harmonic_balance import Extension, at_rest, balance_residual, jacobian, newton
-from chassym.nonlinear.periodic_orbit import PeriodicOrbit
+from chassym.nonlinear.harmonics.harmonic_balance import (
+    Extension,
+    at_rest,
+    balance_residual,
+    jacobian,
+    newton,
+)
+from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 
 
 def _parameters(model: str, **values: float):

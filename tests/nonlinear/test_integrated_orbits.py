@@ -5,11 +5,11 @@ import pytest
 
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic, NoPeriodicOrbitError, SimulationError, rig, simulate, steady_state
-from chassym.nonlinear.collocation import Linearisation
-from chassym.nonlinear.floquet import monodromy
-from chassym.nonlinear.integrated_orbit import IntegratedOrbit, integrated_orbit
-from chassym.nonlinear.shooting import shooting_steady_state
-from chassym.nonlinear.waiting import waited_steady_state
+from chassym.nonlinear.collocation.collocation import Linearisation
+from chassym.nonlinear.collocation.floquet import monodromy
+from chassym.nonlinear.steady.integrated_orbit import IntegratedOrbit, integrated_orbit
+from chassym.nonlinear.steady.shooting import shooting_steady_state
+from chassym.nonlinear.steady.waiting import waited_steady_state
 
 from .duffing import Duffing
 
@@ -98,7 +98,7 @@ def test_shooting_finds_an_unstable_orbit(quarter_car: Model) -> None:
 
 
 def test_what_never_settles_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("chassym.nonlinear.waiting._MOST_PERIODS", 50)
+    monkeypatch.setattr("chassym.nonlinear.steady.waiting._MOST_PERIODS", 50)
     lightly = Duffing(damping=1e-4, cubic=0.0)
     with pytest.raises(NoPeriodicOrbitError, match="50 are waited at most; give it more damping"):
         waited_steady_state(lightly.model(), lightly.excitation(0.7), metrics=["displacement"])
@@ -106,7 +106,7 @@ def test_what_never_settles_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_undamped_resonance_has_no_orbit(method, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("chassym.nonlinear.waiting._MOST_PERIODS", 200)
+    monkeypatch.setattr("chassym.nonlinear.steady.waiting._MOST_PERIODS", 200)
     undamped = Duffing(damping=0.0, cubic=0.0)
     with pytest.raises(NoPeriodicOrbitError, match="some stiffness|still misses|more damping"):
         method(undamped.model(), undamped.excitation(1.0), metrics=["displacement"])

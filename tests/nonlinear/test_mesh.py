@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chassym.derivation import Model, load_model
-from chassym.nonlinear import Harmonic, Orbit, steady_state
-from chassym.nonlinear.collocation import Linearisation, in_pieces
-from chassym.nonlinear.gauss_points import gauss_points
-from chassym.nonlinear.mesh import FULL_TURN, cut, fastest_rate, first_boundaries, knot_phases
-from chassym.nonlinear.piecewise_orbit import PiecewiseOrbit
+from chassym.nonlinear import FourierOrbit, Harmonic, steady_state
+from chassym.nonlinear.collocation.collocation import Linearisation, in_pieces
+from chassym.nonlinear.collocation.mesh import FULL_TURN, cut, fastest_rate, first_boundaries, knot_phases
+from chassym.nonlinear.orbits.gauss_points import gauss_points
+from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
 
 def waving(car: Model, pieces: int, points: int) -> PiecewiseOrbit:
@@ -120,7 +120,7 @@ def test_a_cut_keeps_knots_and_grows_no_piece_much(
 
 def test_first_pieces_are_short_enough_for_the_fastest_motion(sedan: Model) -> None:
     """The reference car's wheels and torsions are the fastest; its whole orbit of a slow test needs more."""
-    still = Orbit(sedan, Harmonic(0.5, {}), np.zeros((sedan.size, 2), dtype=complex))
+    still = FourierOrbit(sedan, Harmonic(0.5, {}), np.zeros((sedan.size, 2), dtype=complex))
     count = len(first_boundaries(still)) - 1
     assert fastest_rate(sedan) * 2.0 / count < 2 * np.pi
     fast = replace(still, excitation=Harmonic(50.0, {}))

@@ -13,11 +13,12 @@ from matplotlib.axes import Axes
 
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic, SteadyState, rig, steady_state
-from chassym.nonlinear.branch import Branch
-from chassym.nonlinear.continuation import follow
-from chassym.nonlinear.paths import FrequencyPath
-from chassym.nonlinear.piecewise_orbit import PiecewiseOrbit
-from chassym.nonlinear.plots_of_orbits import (
+from chassym.nonlinear.continuation.branch import Branch
+from chassym.nonlinear.continuation.continuation import follow
+from chassym.nonlinear.continuation.paths import FrequencyPath
+from chassym.nonlinear.continuation.stepped_sine import SteppedResponse, stepped_sine
+from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
+from chassym.nonlinear.plots import (
     knot_passings,
     plot_branch,
     plot_harmonics,
@@ -25,7 +26,6 @@ from chassym.nonlinear.plots_of_orbits import (
     plot_orbit,
     plot_steps,
 )
-from chassym.nonlinear.stepped_sine import SteppedResponse, stepped_sine
 
 from .duffing import Duffing
 

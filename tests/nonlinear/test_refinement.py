@@ -7,10 +7,10 @@ import pytest
 
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic, NoPeriodicOrbitError, rig, steady_state
-from chassym.nonlinear.harmonic_balance import at_rest, newton
-from chassym.nonlinear.metrics import Reader
-from chassym.nonlinear.refinement import FEWEST_POINTS, refinements
-from chassym.nonlinear.result import SteadyState
+from chassym.nonlinear.collocation.refinement import FEWEST_POINTS, refinements
+from chassym.nonlinear.harmonics.harmonic_balance import at_rest, newton
+from chassym.nonlinear.orbits.metrics import Reader
+from chassym.nonlinear.steady.result import SteadyState
 
 from .random_cases import random_cases
 
@@ -54,7 +54,7 @@ def test_rough_pieces_are_halved_until_they_are_smooth(sedan: Model) -> None:
 
 
 def test_a_motion_too_rough_is_refused(sedan: Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("chassym.nonlinear.refinement._MOST_PIECES", 30)
+    monkeypatch.setattr("chassym.nonlinear.collocation.refinement._MOST_PIECES", 30)
     with pytest.raises(NoPeriodicOrbitError, match="more than 30 pieces .* ask for less accuracy"):
         for _ in refinements(guessed(sedan, rig.vertical()), rough=1e-6):
             pass

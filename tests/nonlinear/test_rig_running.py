@@ -150,7 +150,7 @@ def test_a_rate_is_the_slope_of_a_regression_line() -> None:
 
 
 def test_what_is_not_found_keeps_its_reason(monkeypatch: pytest.MonkeyPatch, quarter_car: Model) -> None:
-    stepped_sine = import_module("chassym.nonlinear.stepped_sine")
+    stepped_sine = import_module("chassym.nonlinear.continuation.stepped_sine")
     genuine = stepped_sine.steady_state
 
     def failing(model, excitation, **options):

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from chassym.derivation import Model, load_model, vehicle_names
-from chassym.nonlinear.excitation import Excitation, ExcitationError, Harmonic
-from chassym.nonlinear.right_hand_side import RightHandSide
+from chassym.nonlinear.excitation.excitation import Excitation, ExcitationError, Harmonic
+from chassym.nonlinear.simulation.right_hand_side import RightHandSide
 
 Array = np.ndarray
 

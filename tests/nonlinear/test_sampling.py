@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from chassym.derivation import Model, ParameterError
-from chassym.nonlinear.sampling import (
+from chassym.nonlinear.sweep.sampling import (
     NOMINAL,
     Points,
     SamplingError,

@@ -36,7 +36,7 @@ from chassym.nonlinear import (
     rig,
     simulate,
 )
-from chassym.nonlinear.right_hand_side import RightHandSide
+from chassym.nonlinear.simulation.right_hand_side import RightHandSide
 
 STILL = Harmonic(1.0, {})
 NOT_INCREASING = [[1.0, 0.5, 0.0], [0.0, 0.5, 0.2], [0.0, np.nan], [0.0, np.inf], [0.0], 5.0]

@@ -27,9 +27,9 @@ from chassym.nonlinear import (
     rig,
     steady_state,
 )
-from chassym.nonlinear.harmonic_balance import Extension, at_rest, newton
-from chassym.nonlinear.shooting import shooting_steady_state
-from chassym.nonlinear.subharmonics import subharmonic_orbit
+from chassym.nonlinear.harmonics.harmonic_balance import Extension, at_rest, newton
+from chassym.nonlinear.harmonics.subharmonics import subharmonic_orbit
+from chassym.nonlinear.steady.shooting import shooting_steady_state
 
 from .duffing import Duffing
 

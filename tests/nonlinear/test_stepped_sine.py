@@ -19,15 +19,16 @@ from chassym.derivation import (
     build_model,
     prismatic,
 )
-from chassym.nonlinear import Harmonic, NoPeriodicOrbitError, rig, simulate, steady_state, stepping
-from chassym.nonlinear.backbone import backbone
-from chassym.nonlinear.branch import Branch
-from chassym.nonlinear.continuation import follow
-from chassym.nonlinear.distortion import distortion
-from chassym.nonlinear.orbit import Orbit
-from chassym.nonlinear.paths import ACCELERATION, VELOCITY, AmplitudePath, FrequencyPath
-from chassym.nonlinear.settling import settle
-from chassym.nonlinear.stepped_sine import SteppedResponse, stepped_sine
+from chassym.nonlinear import Harmonic, NoPeriodicOrbitError, rig, simulate, steady_state
+from chassym.nonlinear.continuation import stepping
+from chassym.nonlinear.continuation.backbone import backbone
+from chassym.nonlinear.continuation.branch import Branch
+from chassym.nonlinear.continuation.continuation import follow
+from chassym.nonlinear.continuation.paths import ACCELERATION, VELOCITY, AmplitudePath, FrequencyPath
+from chassym.nonlinear.continuation.settling import settle
+from chassym.nonlinear.continuation.stepped_sine import SteppedResponse, stepped_sine
+from chassym.nonlinear.orbits.distortion import distortion
+from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
 
 from .duffing import Duffing
 
@@ -262,7 +263,7 @@ def test_distortion_is_the_share_of_the_other_harmonics(path: FrequencyPath, sub
     others = [k for k in range(1, 8) if k != subharmonic][:2]
     coefficients[0, others] = 0.03, 0.04j
     coefficients[0, 0] = 5.0
-    orbit = Orbit(path.model, path.excitation, coefficients, subharmonic)
+    orbit = FourierOrbit(path.model, path.excitation, coefficients, subharmonic)
     assert distortion(orbit)["displacement"] == pytest.approx(0.05 / 0.2, rel=1e-9)
     still = replace(orbit, coefficients=0 * coefficients)
     assert np.isnan(distortion(still)["displacement"])

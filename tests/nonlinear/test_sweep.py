@@ -18,13 +18,13 @@ import xarray
 
 from chassym.derivation import CompiledEquations, Model
 from chassym.nonlinear import Harmonic, rig, steady_state
-from chassym.nonlinear import sweep as sweep_module
 from chassym.nonlinear.rig import load_rig_test
-from chassym.nonlinear.sampling import Points, SamplingError, grid, joined, table
-from chassym.nonlinear.store import Row, Store, StoreError
-from chassym.nonlinear.sweep import Sweep, SweepProgress, run_sweep
-from chassym.nonlinear.sweep_results import ResultFileError, write_results
-from chassym.nonlinear.workers import WorkersError, in_this_process, on_dask, on_processes
+from chassym.nonlinear.sweep import sweep as sweep_module
+from chassym.nonlinear.sweep.sampling import Points, SamplingError, grid, joined, table
+from chassym.nonlinear.sweep.store import Row, Store, StoreError
+from chassym.nonlinear.sweep.sweep import Sweep, SweepProgress, run_sweep
+from chassym.nonlinear.sweep.sweep_results import ResultFileError, write_results
+from chassym.nonlinear.sweep.workers import WorkersError, in_this_process, on_dask, on_processes
 
 BUMP = Harmonic(1.5, {"road": 0.01})
 FREQUENCIES = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0]
@@ -377,7 +377,7 @@ def test_a_cluster_that_is_not_there_is_refused_in_one_line(
 ) -> None:
     pytest.importorskip("distributed")
     monkeypatch.delenv("DASK_SCHEDULER_ADDRESS", raising=False)
-    monkeypatch.setattr("chassym.nonlinear.workers.PATIENCE_S", 1)
+    monkeypatch.setattr("chassym.nonlinear.sweep.workers.PATIENCE_S", 1)
     with pytest.raises(WorkersError) as refusal:
         [*on_dask(address)(abs, [1])]
     assert "scheduler" in str(refusal.value) and "\n" not in str(refusal.value)
@@ -389,10 +389,10 @@ PROGRAM = """
 import os, sys, time
 from chassym.derivation import load_model
 from chassym.nonlinear import Harmonic
-from chassym.nonlinear.sampling import grid
-from chassym.nonlinear.sweep import Sweep, run_sweep
-from chassym.nonlinear.sweep_results import write_results
-from chassym.nonlinear.workers import on_processes
+from chassym.nonlinear.sweep.sampling import grid
+from chassym.nonlinear.sweep.sweep import Sweep, run_sweep
+from chassym.nonlinear.sweep.sweep_results import write_results
+from chassym.nonlinear.sweep.workers import on_processes
 
 folder = sys.argv[1]
 log, parent = os.path.join(folder, "log"), os.getpid()

@@ -14,9 +14,9 @@ import pytest
 
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic
-from chassym.nonlinear.sampling import grid
-from chassym.nonlinear.sweep import Sweep, run_sweep
-from chassym.nonlinear.workers import in_this_process, on_dask, usual_workers
+from chassym.nonlinear.sweep.sampling import grid
+from chassym.nonlinear.sweep.sweep import Sweep, run_sweep
+from chassym.nonlinear.sweep.workers import in_this_process, on_dask, usual_workers
 
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.slow

@@ -34,13 +34,13 @@ from chassym.derivation import (
     build_model,
     prismatic,
 )
-from chassym.nonlinear import Harmonic, Orbit, SteadyState, steady_state
-from chassym.nonlinear.backbone import backbone
-from chassym.nonlinear.continuation import Branch, follow
-from chassym.nonlinear.harmonic_balance import newton
-from chassym.nonlinear.paths import FrequencyPath
-from chassym.nonlinear.stepped_sine import stepped_sine
-from chassym.nonlinear.subharmonics import subharmonic_orbit
+from chassym.nonlinear import FourierOrbit, Harmonic, SteadyState, steady_state
+from chassym.nonlinear.continuation.backbone import backbone
+from chassym.nonlinear.continuation.continuation import Branch, follow
+from chassym.nonlinear.continuation.paths import FrequencyPath
+from chassym.nonlinear.continuation.stepped_sine import stepped_sine
+from chassym.nonlinear.harmonics.harmonic_balance import newton
+from chassym.nonlinear.harmonics.subharmonics import subharmonic_orbit
 
 from .shooting import Duffing, ShotOrbit
 
@@ -76,12 +76,12 @@ def force_of(equation: Duffing) -> Harmonic:
     return Harmonic(equation.frequency / (2 * np.pi), {"push": equation.force})
 
 
-def series(model: Model, excitation: Harmonic, coefficients: dict[int, complex]) -> Orbit:
+def series(model: Model, excitation: Harmonic, coefficients: dict[int, complex]) -> FourierOrbit:
     """An orbit to start from, by some of its harmonics."""
     found = np.zeros((1, max(coefficients) + 1), dtype=complex)
     for order, coefficient in coefficients.items():
         found[0, order] = coefficient
-    return Orbit(model, excitation, found)
+    return FourierOrbit(model, excitation, found)
 
 
 def solved(equation: Duffing, first: complex | None = None, tolerance: float = TOLERANCE) -> SteadyState:

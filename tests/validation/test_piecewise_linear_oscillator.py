@@ -36,11 +36,11 @@ from chassym.derivation import (
     build_model,
     prismatic,
 )
-from chassym.nonlinear import Harmonic, Orbit, SteadyState, steady_state
-from chassym.nonlinear.arclength import Tracer
-from chassym.nonlinear.continuation import first_orbit, follow
-from chassym.nonlinear.paths import FrequencyPath
-from chassym.nonlinear.subharmonics import subharmonic_orbit
+from chassym.nonlinear import FourierOrbit, Harmonic, SteadyState, steady_state
+from chassym.nonlinear.continuation.arclength import Tracer
+from chassym.nonlinear.continuation.continuation import first_orbit, follow
+from chassym.nonlinear.continuation.paths import FrequencyPath
+from chassym.nonlinear.harmonics.subharmonics import subharmonic_orbit
 
 from .exact_pieces import ExactOrbit, Piece, PiecewiseLinear, Signs
 
@@ -201,7 +201,7 @@ CASES = {
 }
 
 
-def found(case: Oscillator, tolerance: float = TOLERANCE, start: Orbit | None = None) -> SteadyState:
+def found(case: Oscillator, tolerance: float = TOLERANCE, start: FourierOrbit | None = None) -> SteadyState:
     return steady_state(
         case.model(),
         case.excitation,
@@ -540,11 +540,11 @@ CONTACT = {
 """States near the orbits of one period that a turn round the amplitude-frequency curve passes."""
 
 
-def series(orbit: ExactOrbit, frequency: float, harmonics: int = 20) -> Orbit:
+def series(orbit: ExactOrbit, frequency: float, harmonics: int = 20) -> FourierOrbit:
     """An exact orbit's harmonics to start from."""
     rows = np.eye(7)[:2]
     found = [orbit.harmonics(lambda piece, row=row: row, harmonics) for row in rows]  # type: ignore[misc]
-    return Orbit(two_masses_model(), pushed(frequency), np.array(found))
+    return FourierOrbit(two_masses_model(), pushed(frequency), np.array(found))
 
 
 def pushed(frequency: float) -> Harmonic:

@@ -1,0 +1,84 @@
+"""Floquet multipliers: whether small deviations from a periodic orbit die out."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from functools import singledispatch
+
+import numpy as np
+
+from chassym.nonlinear.collocation.collocation import Linearisation, in_pieces
+from chassym.nonlinear.collocation.mesh import FULL_TURN, cut, first_boundaries, knot_phases
+from chassym.nonlinear.errors import NoPeriodicOrbitError
+from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
+from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
+from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
+
+POINTS = 8
+"""Gauss points of a piece at least: the maps of pieces then have fifteen orders."""
+
+_NEAR = 0.1
+"""Largest correction of the states of a series, relative to each."""
+
+
+@singledispatch
+def monodromy(orbit: PeriodicOrbit) -> np.ndarray:
+    """The map of small deviations over one orbit, shape (2 n, 2 n).
+
+    The orbit is cut where it passes knots; the map is the product of those that collocation makes of the
+    pieces (see `chassym.nonlinear.collocation.collocation`), from the first boundary on. It keeps undamped
+    deviations undamped, as all Gauss methods do: their multipliers stay on the unit circle (Hairer, Lubich
+    and Wanner, Geometric Numerical Integration, 2nd ed., section IV.2).
+    """
+    return Linearisation(_cut(orbit)).monodromy
+
+
+@monodromy.register
+def _of_series(orbit: FourierOrbit) -> np.ndarray:
+    """The same, of what collocation makes of a series that passes knots.
+
+    The errors of multipliers are of first order in the instants of passing, and a series does not know these
+    well. A large correction is none: the orbit is about to cease at a fold, or has too few harmonics.
+    """
+    pieces = _cut(orbit)
+    linear = Linearisation(pieces)
+    if len(knot_phases(pieces)):
+        with suppress(NoPeriodicOrbitError):
+            corrected = linear.corrected()
+            if _distance(corrected, pieces) < _NEAR:
+                return Linearisation(_cut(corrected)).monodromy
+    return linear.monodromy
+
+
+def _cut(orbit: PeriodicOrbit) -> PiecewiseOrbit:
+    """An orbit in pieces that end where it passes knots."""
+    pieces = orbit if isinstance(orbit, PiecewiseOrbit) else in_pieces(orbit, _equal_pieces(orbit), POINTS)
+    boundaries = cut(knot_phases(pieces), pieces.boundaries, np.ones(len(pieces.starts)))
+    return in_pieces(orbit, boundaries, max(pieces.points, POINTS))
+
+
+def _equal_pieces(orbit: PeriodicOrbit) -> np.ndarray:
+    """Boundaries of pieces that are short enough for the motion, and for all harmonics of a series."""
+    boundaries = first_boundaries(orbit)
+    if isinstance(orbit, FourierOrbit) and orbit.harmonics >= len(boundaries):
+        return np.linspace(0, FULL_TURN, orbit.harmonics + 1)
+    return boundaries
+
+
+def _distance(one: PiecewiseOrbit, other: PiecewiseOrbit) -> float:
+    """Largest distance of states at the same boundaries, relative to the largest state of its kind."""
+    size = np.abs(other.starts).max(axis=0)
+    return float((np.abs(one.starts - other.starts).max(axis=0) / np.maximum(size, size.max() * 1e-6)).max())
+
+
+def multipliers(orbit: PeriodicOrbit) -> np.ndarray:
+    """Eigenvalues of the monodromy matrix, largest magnitude first, shape (2 n,).
+
+    An orbit is stable if all magnitudes are below one. They are infinite if deviations grow beyond all
+    numbers in one orbit.
+    """
+    around = monodromy(orbit)
+    if not np.isfinite(around).all():
+        return np.full(len(around), np.inf)
+    found = np.linalg.eigvals(around)
+    return np.asarray(found[np.argsort(-np.abs(found))])

@@ -1,0 +1,124 @@
+"""Where a periodic orbit is cut in pieces: where it passes knots, and as often between as it needs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chassym.derivation import Model
+from chassym.nonlinear.orbits.gauss_points import equidistant_places
+from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
+from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
+
+Array = np.ndarray
+
+FULL_TURN = 2 * np.pi
+
+_LOOKED = 13
+"""Places of a piece at which sides are compared: a knot passed and passed back between two is not seen."""
+
+_STEPS = 2
+"""Steps of the rule of false position that place a passing in its interval."""
+
+_TOGETHER = 1e-7
+"""Share of the orbit below which two passings are taken for one."""
+
+_FEWEST = 12
+"""Pieces of a turn that knows no faster motion than its own."""
+
+_PER_PIECE = 6.0
+"""Radians that the fastest natural motion goes through in a piece at most. The collocation of an undamped
+motion by four points grows from 6.15 on, and in a long test every piece multiplies that.
+"""
+
+_SPARE = 0.3
+"""Part of a piece by which the others between two knots grow rather than that one more is made."""
+
+
+def knot_phases(orbit: PiecewiseOrbit) -> Array:
+    """Phases at which the motion passes a knot, ascending from 0 to 2 pi.
+
+    They are found between places by false position: an error e of them changes forces by no more than e for
+    no longer than e, so the orbit by e^2.
+    """
+    distance = orbit.model.knot_distances
+    if not len(distance.rows):
+        return np.empty(0)
+    places = equidistant_places(_LOOKED)
+    looked = distance(orbit.arguments_in_pieces(places)).reshape(len(distance.rows), -1, _LOOKED)
+    before, after = looked[:, :, :-1], looked[:, :, 1:]
+    knot, piece, interval = np.nonzero(before * after < 0)
+    if not len(knot):
+        return np.empty(0)
+    start, end = places.values[interval], places.values[interval + 1]
+    first, last = before[knot, piece, interval], after[knot, piece, interval]
+    for _ in range(_STEPS):
+        place = start - first * (end - start) / (last - first)
+        left = _distances(orbit, knot, piece, place)
+        before_knot = left * first > 0
+        start, first = np.where(before_knot, place, start), np.where(before_knot, left, first)
+        end, last = np.where(before_knot, end, place), np.where(before_knot, last, left)
+    place = start - first * (end - start) / np.where(last == first, 1.0, last - first)
+    phases = orbit.boundaries[piece] + place * np.diff(orbit.boundaries)[piece]
+    found = np.sort(np.mod(phases, FULL_TURN))
+    return found[np.diff(found, prepend=-1.0) > _TOGETHER * FULL_TURN]
+
+
+def _distances(orbit: PiecewiseOrbit, knot: Array, piece: Array, places: Array) -> Array:
+    """The distance from one knot each at places of some pieces, shape (places,)."""
+    phases = orbit.boundaries[piece] + places * np.diff(orbit.boundaries)[piece]
+    arguments = np.concatenate([orbit.motion_in(piece, places), orbit.inputs_at(phases)])
+    return np.asarray(orbit.model.knot_distances(arguments)[knot, np.arange(len(knot))])
+
+
+def first_boundaries(orbit: PeriodicOrbit) -> Array:
+    """Equal pieces, short enough for the fastest natural motion at the design position, (pieces + 1,)."""
+    turns = fastest_rate(orbit.model) * orbit.period_s / _PER_PIECE
+    return np.linspace(0, FULL_TURN, max(_FEWEST, int(np.ceil(turns))) + 1)
+
+
+def fastest_rate(model: Model) -> float:
+    """Bound of the natural motions' rates (rad/s): undamped frequencies, and decays by dampers alone."""
+    n, function = model.size, model.residual_jacobian
+    at_rest = function.matrix(np.zeros(model.argument_count), (n, 3 * n))
+    stiffness, damping, mass = np.split(at_rest, 3, axis=1)
+    by_springs, by_dampers = np.linalg.eigvals(np.linalg.solve(mass, np.stack([stiffness, damping])))
+    return float(max(np.sqrt(np.abs(by_springs).max()), np.abs(by_dampers).max()))
+
+
+def cut(knots: Array, boundaries: Array, wanted: Array) -> Array:
+    """Boundaries at knots, and between them as close as wanted.
+
+    Parameters
+    ----------
+    knots
+        Phases from 0 to 2 pi, ascending.
+    boundaries
+        Those of the last mesh, shape (pieces + 1,).
+    wanted
+        Into how many pieces each of its pieces is to be cut, shape (pieces,).
+
+    Returns
+    -------
+    numpy.ndarray
+        Ascending over 2 pi, shape (pieces + 1,).
+    """
+    grown = np.concatenate([[0.0], np.cumsum(wanted)])
+    start = boundaries[0]
+
+    def pieces_until(phases: Array) -> Array:
+        turns = np.floor((phases - start) / FULL_TURN)
+        return turns * grown[-1] + np.interp(phases - turns * FULL_TURN, boundaries, grown)
+
+    def phase_of(pieces: Array) -> Array:
+        turns = np.floor(pieces / grown[-1])
+        return turns * FULL_TURN + np.interp(pieces - turns * grown[-1], grown, boundaries)
+
+    fixed = knots if len(knots) else np.mod(boundaries[:1], FULL_TURN)
+    around = np.append(fixed, fixed[0] + FULL_TURN)
+    until = pieces_until(around)
+    counts = np.maximum(1, np.ceil(np.diff(until) - _SPARE)).astype(int)
+    interval = np.repeat(np.arange(len(fixed)), counts)
+    number = np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)
+    phases = phase_of(until[interval] + number * (np.diff(until) / counts)[interval])
+    phases[number == 0] = fixed
+    return np.append(phases, around[-1])

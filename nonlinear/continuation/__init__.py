@@ -1,0 +1,1 @@
+"""Branches of periodic orbits, their folds, and what a stepped sine finds of them."""

@@ -1,0 +1,1 @@
+"""What moves the inputs: sines, chirps, steps, measured signals."""

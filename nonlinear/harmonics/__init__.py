@@ -1,0 +1,1 @@
+"""Fourier series of periodic motions, and the balance of their harmonics."""

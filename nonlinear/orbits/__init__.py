@@ -1,0 +1,1 @@
+"""Periodic orbits and what is read off them."""

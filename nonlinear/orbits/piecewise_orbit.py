@@ -1,0 +1,220 @@
+"""A periodic orbit in pieces: polynomials between the instants at which a force bends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from chassym.derivation import Model, Singularity
+from chassym.nonlinear.excitation.excitation import Harmonic
+from chassym.nonlinear.orbits.gauss_points import (
+    Places,
+    equidistant_places,
+    gauss_points,
+    interpolation,
+    lobatto_integrals,
+    lobatto_places,
+    lobatto_series,
+    weights_at,
+)
+from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
+
+Array = np.ndarray
+
+_DENSE, _ZOOMED, _ZOOMS = 33, 13, 2
+"""Places of a piece where an extreme is looked for, then around the best one, and how often so."""
+
+_CANDIDATES = 3
+"""Pieces in which an extreme is looked for: peaks may be too alike for places to tell which is higher."""
+
+_BEYOND = 3
+"""An output, no polynomial itself, is interpolated at so many more places than accelerations have points."""
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewiseOrbit(PeriodicOrbit):
+    """Accelerations that are polynomials between boundaries; rates and coordinates are their integrals.
+
+    Attributes
+    ----------
+    model, excitation
+        What moves and what moves it.
+    boundaries
+        Phases (rad) between which the motion is smooth, ascending, shape (pieces + 1,); the last is the first
+        one 2 pi later.
+    starts
+        Coordinates and rates at the beginning of every piece, shape (pieces, 2 n).
+    accelerations
+        At the Gauss points of every piece, shape (pieces, points, n).
+    subharmonic
+        Periods of the excitation after which the orbit repeats.
+    """
+
+    model: Model
+    excitation: Harmonic
+    boundaries: Array = field(repr=False)
+    starts: Array = field(repr=False)
+    accelerations: Array = field(repr=False)
+    subharmonic: int = 1
+
+    @property
+    def points(self) -> int:
+        """Gauss points of a piece."""
+        return self.accelerations.shape[1]
+
+    @property
+    def highest_coefficient(self) -> Array:
+        """Weights of a piece's accelerations for their Legendre coefficient of highest order, (points,)."""
+        return gauss_points(self.points).series[-1]
+
+    @cached_property
+    def durations_s(self) -> Array:
+        """Length of every piece in time (s)."""
+        return np.diff(self.boundaries) / self.angular_frequency
+
+    def phases_of(self, places: Places) -> Array:
+        """Phases of places in every piece, shape (pieces, places)."""
+        return self.boundaries[:-1, None] + np.diff(self.boundaries)[:, None] * places.values
+
+    def motion_in_pieces(self, places: Places) -> Array:
+        """Coordinates, then rates, then accelerations at places of every piece, (3 n, pieces, places)."""
+        n = self.model.size
+        value, first, second = weights_at(self.points, places)
+        duration = self.durations_s[:, None, None]
+        rate = self.starts[:, None, n:]
+        moved = (
+            self.starts[:, None, :n]
+            + duration * places.values[:, None] * rate
+            + duration**2 * (second @ self.accelerations),
+            rate + duration * (first @ self.accelerations),
+            value @ self.accelerations,
+        )
+        return np.concatenate([part.transpose(2, 0, 1) for part in moved])
+
+    def arguments_in_pieces(self, places: Places) -> Array:
+        """The equations' arguments at places of every piece, accelerations those of the polynomials.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (arguments, pieces * places).
+        """
+        moved = self.motion_in_pieces(places)
+        inputs = self.inputs_at(self.phases_of(places).ravel())
+        return np.concatenate([moved.reshape(len(moved), -1), inputs])
+
+    def located(self, phases: Array) -> tuple[Array, Array]:
+        """The piece that holds every phase, and the place in it, 0 to 1."""
+        first, last = self.boundaries[0], self.boundaries[-1]
+        inside = first + np.mod(phases - first, last - first)
+        piece = np.clip(np.searchsorted(self.boundaries, inside, side="right") - 1, 0, len(self.starts) - 1)
+        return piece, (inside - self.boundaries[piece]) / np.diff(self.boundaries)[piece]
+
+    def motion_in(self, piece: Array, places: Array) -> Array:
+        """Coordinates, then rates, then accelerations at one place each of some pieces, (3 n, places)."""
+        n = self.model.size
+        duration, start = self.durations_s[piece][:, None], self.starts[piece]
+        weights = np.stack(gauss_points(self.points).weights(places), axis=1)
+        value, first, second = np.moveaxis(weights @ self.accelerations[piece], 1, 0)
+        rates = start[:, n:] + duration * first
+        coordinates = start[:, :n] + duration * (places[:, None] * start[:, n:] + duration * second)
+        return np.concatenate([coordinates, rates, value], axis=1).T
+
+    def motion_at(self, phases: Array) -> Array:
+        """Coordinates, then rates, shape (2 n, phases)."""
+        return self.motion_in(*self.located(phases))[: 2 * self.model.size]
+
+    @cached_property
+    def nearest_singularity(self) -> Singularity | None:
+        """The nearest approach to the singularity of a rotation sequence; None if there is no sequence."""
+        return self.model.nearest_singularity(self._sampled)
+
+    def extremes(self, rows: list[int]) -> tuple[Array, Array]:
+        """Smallest and largest value of some outputs over the orbit, shape (len(rows),) each.
+
+        Outputs are interpolated in every piece; the best of many places brackets an extreme, a parabola
+        through the best of a finer set gives it.
+        """
+        return self._extremes(rows, self._sampled)
+
+    def iterated_extremes(self, rows: list[int]) -> tuple[Array, Array]:
+        """The extremes of the motion after an iteration of Picard's, which tells how far off they are.
+
+        The accelerations that the equations of motion ask for between the points take the place of the
+        polynomials', and are integrated in every piece from its start.
+        """
+        n, count = self.model.size, self.points + _BEYOND
+        places = lobatto_places(count)
+        polynomials = self.motion_in_pieces(places)[2 * n :]
+        change = self._sampled[2 * n : 3 * n].reshape(polynomials.shape) - polynomials
+        once, twice = lobatto_integrals(count)
+        duration = self.durations_s[:, None]
+        moved = self._sampled.copy()
+        moved[:n] += (duration**2 * (change @ twice.T)).reshape(n, -1)
+        moved[n : 2 * n] += (duration * (change @ once.T)).reshape(n, -1)
+        moved[2 * n : 3 * n] = self.model.accelerations(moved)
+        return self._extremes(rows, moved)
+
+    @cached_property
+    def _sampled(self) -> Array:
+        """Arguments at Lobatto places, accelerations those that the equations of motion ask for."""
+        n = self.model.size
+        arguments = self.arguments_in_pieces(lobatto_places(self.points + _BEYOND))
+        arguments[2 * n : 3 * n] = self.model.accelerations(arguments)
+        return arguments
+
+    def _extremes(self, rows: list[int], arguments: Array) -> tuple[Array, Array]:
+        count = self.points + _BEYOND
+        values = self.model.outputs(arguments)[rows].reshape(len(rows), -1, count)
+        dense = values @ interpolation(count, equidistant_places(_DENSE)).T
+        candidates = min(_CANDIDATES, dense.shape[1])
+        signs = np.array([-1.0, 1.0])[:, None, None]
+        tops = np.stack([-dense.min(axis=2), dense.max(axis=2)])
+        pieces = np.argpartition(tops, -candidates, axis=2)[:, :, -candidates:]
+        signals = np.arange(len(rows))[:, None]
+        places = (signs[..., None] * dense[signals, pieces]).argmax(axis=3) / (_DENSE - 1)
+        chosen = (signs[..., None] * values[signals, pieces]).reshape(-1, count)
+        best = _refined(chosen, places.ravel(), 1 / (_DENSE - 1)).reshape(tops.shape[:2] + (-1,)).max(axis=2)
+        return -best[0], best[1]
+
+    def under(self, model: Model, excitation: Harmonic) -> Self:
+        """The same motion over phases in another test: rates grow with its frequency."""
+        factor = excitation.frequency_hz / self.excitation.frequency_hz
+        starts = self.starts.copy()
+        starts[:, self.model.size :] *= factor
+        return replace(
+            self,
+            model=model,
+            excitation=excitation,
+            starts=starts,
+            accelerations=factor**2 * self.accelerations,
+        )
+
+
+def _refined(values: Array, place: Array, width: float) -> Array:
+    """The largest value of every interpolated signal within a width of a place.
+
+    Parameters
+    ----------
+    values
+        At Lobatto places, shape (signals, count).
+    place
+        Shape (signals,).
+    """
+    series = values @ lobatto_series(values.shape[1]).T
+    for _ in range(_ZOOMS):
+        low, high = np.clip(place - width, 0, 1), np.clip(place + width, 0, 1)
+        places = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _ZOOMED)
+        polynomials = legendre.legvander(2 * places - 1, values.shape[1] - 1)
+        found = (polynomials @ series[:, :, None])[:, :, 0]
+        best = found.argmax(axis=1)
+        signals = np.arange(len(found))
+        place, width = places[signals, best], 2 * width / (_ZOOMED - 1)
+    before, at, after = found[signals, np.clip(best, 1, _ZOOMED - 2) + np.arange(-1, 2)[:, None]]
+    curvature, slope = 2 * at - before - after, (after - before) / 2
+    top = at + 0.5 * slope**2 / np.where(curvature > 0, curvature, np.inf)
+    return np.maximum(found.max(axis=1), np.where(np.abs(slope) < curvature, top, -np.inf))

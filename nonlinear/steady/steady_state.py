@@ -1,0 +1,222 @@
+"""The steady state of a harmonic test: its orbit, and what is read off it with an estimate of the error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+
+import numpy as np
+
+from chassym.derivation import Model
+from chassym.nonlinear.collocation.floquet import multipliers
+from chassym.nonlinear.collocation.refinement import Refined, refinements
+from chassym.nonlinear.continuation.continuation import first_orbit
+from chassym.nonlinear.errors import NoPeriodicOrbitError
+from chassym.nonlinear.excitation.excitation import Harmonic
+from chassym.nonlinear.harmonics.fourier import coefficients
+from chassym.nonlinear.harmonics.harmonic_balance import at_rest, newton
+from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
+from chassym.nonlinear.orbits.metrics import ROUNDING, Reader
+from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
+from chassym.nonlinear.simulation.simulate import SimulationError, simulate
+from chassym.nonlinear.steady.result import Statistics, SteadyState
+from chassym.nonlinear.threads import one_thread
+
+Array = np.ndarray
+
+SMALLEST_TOLERANCE = 1e-12
+"""Relative error that rounding leaves."""
+
+_HARMONICS = (3, 7)
+"""Harmonics of the guess that a refinement starts from, the second by way of the first."""
+
+_MANY_HARMONICS, _HASTE = 15, 12
+"""Harmonics of the next guess, and Newton's iterations that it may take."""
+
+_WAITED_PERIODS, _WAITED_SAMPLES = 20, 512
+"""Periods that a motion from rest goes on where no harmonics balance, and samples of the period after."""
+
+_BALANCED = 0.1
+"""Relative correction at which a guess is good enough."""
+
+_ROUGH = 10.0
+"""Roughness of a piece that stays whole, by the square root of the tolerance."""
+
+_NEAR = 0.3
+"""Largest last correction, by the square root of the tolerance: the next would be about its square."""
+
+_INSIDE = 8.0
+"""By how much the error inside pieces is taken to exceed what an iteration of Picard's changes."""
+
+_SHRUNK, _NEWTON = 0.04, 30.0
+"""Part of a metric's last movement that is left as error, and a further part by the last correction."""
+
+_UNCHANGED = 1e-8
+"""Difference of a Floquet multiplier from one below which a deviation comes back unchanged."""
+
+_LEAST = 0.03
+"""Part of the error of the middle metric that every metric is taken to have at least."""
+
+
+def steady_state(
+    model: Model,
+    excitation: Harmonic,
+    *,
+    metrics: Sequence[str] | None = None,
+    tolerance: float = 1e-3,
+    start: PeriodicOrbit | None = None,
+    subharmonic: int = 1,
+) -> SteadyState:
+    """Find the periodic response and measure it.
+
+    A few balanced harmonics are cut in pieces where the motion passes the knots of tables, and refined there
+    by collocation, until no metric is expected to be further off than the tolerance. Two things tell how far:
+    what an iteration of Picard's, integrating the accelerations that the motion asks for, would change; and
+    what the last step changed, of which a small part is left. Their factors were chosen such that the error
+    stated covers 19 of 20 true ones, of random vehicles in random tests, without exceeding them by much.
+
+    Parameters
+    ----------
+    metrics
+        Outputs whose peak-to-peak value is wanted; all accelerations and angular rates by default.
+    tolerance
+        Largest stated error, relative to the metric.
+    start
+        A neighbouring orbit to start from.
+    subharmonic
+        Periods of the excitation after which the orbit repeats.
+
+    Raises
+    ------
+    ExcitationError
+        If the model lacks an input that the excitation moves.
+    KeyError
+        If it lacks an output that is asked for.
+    ValueError
+        If the tolerance is less than rounding leaves, or there is nothing to measure.
+    NoPeriodicOrbitError
+        If no periodic orbit is found, the tolerance is not reached, or a rotation sequence comes too near its
+        singularity.
+    """
+    reader = checked_reader(model, metrics, tolerance)
+    reasons = []
+    with one_thread():
+        for guess in _guesses(model, excitation, start, subharmonic):
+            try:
+                return _refined(guess(), reader, tolerance)
+            except NoPeriodicOrbitError as error:
+                reasons.append(error)
+    raise reasons[-3]  # that of the first of the three guesses from rest
+
+
+def checked_reader(model: Model, metrics: Sequence[str] | None, tolerance: float) -> Reader:
+    """What reads the metrics.
+
+    Raises
+    ------
+    KeyError
+        If the model lacks an output that is asked for.
+    ValueError
+        If the tolerance is less than rounding leaves, or there is nothing to measure.
+    """
+    if not tolerance >= SMALLEST_TOLERANCE:
+        raise ValueError(
+            f"tolerance: {tolerance!r} received; a number of {SMALLEST_TOLERANCE:g} or more is needed: "
+            "rounding leaves as much"
+        )
+    reader = Reader(model, measured_names(model) if metrics is None else metrics)
+    if not reader.names:
+        raise ValueError(
+            f"metrics: none to measure; {model.system.name} has "
+            f"{', '.join(model.output_names) or 'no outputs'}"
+        )
+    return reader
+
+
+def measured_names(model: Model) -> list[str]:
+    """Outputs that a rig test reports: accelerations and angular rates."""
+    return [o.name for o in model.system.outputs if o.unit in ("m/s^2", "rad/s")]
+
+
+def _guesses(
+    model: Model, excitation: Harmonic, start: PeriodicOrbit | None, subharmonic: int
+) -> Iterator[Callable[[], PeriodicOrbit]]:
+    """What finds orbits to start from, the cheapest first."""
+    if start is not None and start.subharmonic == subharmonic:
+        yield partial(start.under, model, excitation)
+    yield partial(_balanced, model, excitation, subharmonic)
+    yield partial(_balanced_from_rest, model, excitation, subharmonic)
+    yield partial(_after_waiting, model, excitation, subharmonic)
+
+
+def _balanced(model: Model, excitation: Harmonic, subharmonic: int) -> FourierOrbit:
+    """An orbit of a few harmonics, by way of fewer ones, and of smaller amplitudes if need be."""
+    few, more = (harmonics * subharmonic for harmonics in _HARMONICS)
+    first = first_orbit(model, excitation, few, subharmonic=subharmonic, tolerance=_BALANCED)
+    found = first_orbit(model, excitation, more, first.orbit, subharmonic=subharmonic, tolerance=_BALANCED)
+    return found.orbit
+
+
+def _balanced_from_rest(model: Model, excitation: Harmonic, subharmonic: int) -> FourierOrbit:
+    """An orbit of many harmonics, which are balanced at times where few are not."""
+    rest = at_rest(model, excitation, _MANY_HARMONICS * subharmonic, subharmonic)
+    return newton(rest, _BALANCED, _HASTE).orbit
+
+
+def _after_waiting(model: Model, excitation: Harmonic, subharmonic: int) -> FourierOrbit:
+    """The motion from rest after a while, as if it repeated itself then."""
+    last = subharmonic * np.arange(_WAITED_SAMPLES) / _WAITED_SAMPLES
+    times = excitation.period_s * np.concatenate([[0.0], _WAITED_PERIODS * subharmonic + last])
+    try:
+        moved = simulate(model, excitation, times, relative_tolerance=1e-5).states[: model.size, 1:]
+    except SimulationError as error:
+        raise NoPeriodicOrbitError(str(error)) from None
+    return FourierOrbit(model, excitation, coefficients(moved, _WAITED_SAMPLES // 8), subharmonic)
+
+
+def _refined(guess: PeriodicOrbit, reader: Reader, tolerance: float) -> SteadyState:
+    before: Array | None = None
+    for found in refinements(guess, rough=_ROUGH * np.sqrt(tolerance)):
+        reading = reader.read(found.orbit)
+        if before is not None:
+            error = _expected_error(reader, found, before, reading)
+            is_near = found.correction <= _NEAR * np.sqrt(tolerance)
+            if is_near and reader.is_settled(reading, error, tolerance):
+                refuse_singular(found.orbit)
+                peaks, contact = reader.results(reading, error)
+                unknowns = found.orbit.accelerations.size + found.orbit.starts.size
+                statistics = Statistics("collocation", unknowns, found.iterations, found.correction)
+                return SteadyState(found.orbit, peaks, contact, statistics)
+        before = reading
+    if np.abs(multipliers(found.orbit) - 1).min() < _UNCHANGED:
+        raise NoPeriodicOrbitError(
+            f"at {found.orbit.excitation.frequency_hz:g} Hz nothing brings a deviation back; give every "
+            "coordinate some stiffness, and its resonance some damping"
+        )
+    worst = int(np.argmax(error / reader.scale(reading)))
+    raise NoPeriodicOrbitError(
+        f"{reader.names[worst]} = {reading[worst]:.6g} {reader.units[worst]} still has an error of "
+        f"{error[worst]:.2g} with {found.orbit.points} points in each of {len(found.orbit.starts)} pieces, a "
+        f"relative {tolerance:g} was asked for; ask for less accuracy"
+    )
+
+
+def _expected_error(reader: Reader, found: Refined, before: Array, reading: Array) -> Array:
+    """Error estimate of every value that was read, as `steady_state` describes it."""
+    inside = _INSIDE * np.abs(reader.read_iterated(found.orbit) - reading)
+    left = (_SHRUNK + _NEWTON * min(found.correction, 0.1)) * np.abs(reading - before)
+    error, scale = np.maximum(inside, left), reader.scale(reading)
+    return np.asarray(np.maximum(error, _LEAST * np.median(error / scale) * scale) + ROUNDING)
+
+
+def refuse_singular(orbit: PeriodicOrbit) -> None:
+    """Refuse an orbit on which a rotation sequence comes too near its singularity.
+
+    Raises
+    ------
+    NoPeriodicOrbitError
+        If one does.
+    """
+    near = orbit.nearest_singularity
+    if near is not None and near.is_harmful:
+        raise NoPeriodicOrbitError(f"at {orbit.excitation.frequency_hz:g} Hz {near.refusal}")
