@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chassym.derivation import Model
-from chassym.nonlinear.orbits.patches import carries_by_contact, patch_of
+from chassym.nonlinear.orbits.patches import carries_by_contact, is_unilateral, patch_of
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
@@ -61,6 +61,8 @@ class Reader:
         self._peaks = len(names)
         at_rest = np.abs(model.outputs(np.zeros((model.argument_count, 1)))[self._rows, 0])
         at_rest[: self._peaks] = 0.0
+        lifted = [is_unilateral(model.system.outputs[row]) for row in self._rows[self._peaks :]]
+        self._lowest = np.array([0.0] * self._peaks + [0.0 if each else -np.inf for each in lifted])
         self._least_scale = np.maximum(at_rest, ROUNDING)
 
     def read(self, orbit: PeriodicOrbit) -> Array:
@@ -89,7 +91,8 @@ class Reader:
 
     def results(self, reading: Array, error: Array) -> tuple[dict[str, Metric], Contact | None]:
         """The peak-to-peak values by name, and the worst patch."""
-        values = [Metric(float(v), u, float(e)) for v, u, e in zip(reading, self.units, error, strict=True)]
+        possible = np.maximum(reading, self._lowest)
+        values = [Metric(float(v), u, float(e)) for v, u, e in zip(possible, self.units, error, strict=True)]
         peaks = dict(zip(self.names[: self._peaks], values, strict=False))
         forces = dict(zip(self.patches, values[self._peaks :], strict=True))
         if not forces:

@@ -33,7 +33,7 @@ _HARMONICS = (3, 7)
 _MANY_HARMONICS, _HASTE = 15, 12
 """Harmonics of the next guess, and Newton's iterations that it may take."""
 
-_WAITED_PERIODS, _WAITED_SAMPLES = 20, 512
+_WAITED_PERIODS, _WAITED_SAMPLES = 40, 512
 """Periods that a motion from rest goes on where no harmonics balance, and samples of the period after."""
 
 _BALANCED = 0.1

@@ -263,7 +263,8 @@ def test_a_picture_beside_json(tmp_path, capsys, suffix):
 
 
 def test_steps_that_are_not_found_are_told_with_their_reason(monkeypatch, capsys, quarter_car: Model):
-    from chassym.nonlinear import NoPeriodicOrbitError, stepped_sine
+    from chassym.nonlinear import NoPeriodicOrbitError
+    from chassym.nonlinear.continuation import stepped_sine
 
     def failing(model, excitation, **options):
         raise NoPeriodicOrbitError("nothing here")

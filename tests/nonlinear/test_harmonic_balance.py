@@ -24,12 +24,12 @@ from chassym.derivation.schema import POSITIVE, ParameterDefinition, Schema
 from chassym.nonlinear import (
     Harmonic,
     NoPeriodicOrbitError,
-    fourier,
     harmonic_steady_state,
     rig,
     simulate,
     steady_state,
 )
+from chassym.nonlinear.harmonics import fourier
 from chassym.nonlinear.harmonics.harmonic_balance import (
     Extension,
     at_rest,
@@ -95,7 +95,10 @@ def test_linear_oscillator_has_its_closed_form(oscillator: Model) -> None:
     s = 2j * np.pi * frequency_hz
     transfer = (6.0 * s + 800.0) / (2.0 * s**2 + 6.0 * s + 800.0)
     found = steady_state(
-        oscillator, Harmonic(frequency_hz, {"road": 0.03j}), metrics=["displacement", "acceleration"]
+        oscillator,
+        Harmonic(frequency_hz, {"road": 0.03j}),
+        metrics=["displacement", "acceleration"],
+        tolerance=1e-9,
     )
     assert found.orbit.harmonic_content(1)[0, 1] == pytest.approx(0.03j * transfer, rel=1e-6)
     balanced = newton(at_rest(oscillator, Harmonic(frequency_hz, {"road": 0.03j}), 3), 1e-12).orbit
