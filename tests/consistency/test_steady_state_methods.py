@@ -5,10 +5,16 @@ transients have died out, and a Fourier series.
 import numpy as np
 import pytest
 
-from chassym.derivation import Model
-from chassym.nonlinear import Harmonic, SteadyState, harmonic_steady_state, rig, steady_state
-from chassym.nonlinear.steady.shooting import shooting_steady_state
-from chassym.nonlinear.steady.waiting import waited_steady_state
+from chassym.derivation import Model, with_lifting_tyres
+from chassym.nonlinear import (
+    Harmonic,
+    SteadyState,
+    harmonic_steady_state,
+    rig,
+    shooting_steady_state,
+    steady_state,
+    waited_steady_state,
+)
 
 AGREED = 1e-7
 TESTS = [pytest.param(rig.lateral(), id="lateral"), pytest.param(rig.vertical(), id="vertical")]
@@ -33,6 +39,16 @@ def test_collocation_and_shooting(sedan: Model, excitation: Harmonic) -> None:
     refined = steady_state(sedan, excitation, tolerance=1e-9)
     shot = shooting_steady_state(sedan, excitation, tolerance=AGREED)
     assert_same(shot, refined, AGREED)
+
+
+def test_tyres_in_the_air_for_a_third_of_the_time(sedan: Model) -> None:
+    lifting, excitation = with_lifting_tyres(sedan), rig.heave(10.0, 0.01)
+    refined = steady_state(lifting, excitation, tolerance=1e-8)
+    shot = shooting_steady_state(lifting, excitation, tolerance=1e-6)
+    losses = rig.contact_losses(refined.orbit)
+    assert len(losses) == 4 and all(0.25 < loss.share < 0.4 and loss.is_in_the_air for loss in losses)
+    for name in ("longitudinal_acceleration", "vertical_acceleration", "pitch_rate"):
+        assert shot.peak_to_peak[name].value == pytest.approx(refined.peak_to_peak[name].value, rel=AGREED)
 
 
 @pytest.mark.slow
