@@ -168,8 +168,8 @@ def _unexplained(equations: EquationsOfMotion) -> list[sympy.Symbol]:
     expressions = [*program.definitions.values(), *results]
     mentioned = set().union(*(expression.free_symbols for expression in expressions))
     mentioned |= {*equations.system.preloads, *equations.system.slopes.values()}
-    directions = {*equations.motion.values(), *equations.change.values()}
-    return list(mentioned - set(program.definitions) - set(equations.arguments) - directions)
+    asked = {*equations.motion.values(), *equations.change.values(), *equations.sides}
+    return list(mentioned - set(program.definitions) - set(equations.arguments) - asked)
 
 
 def _parameter(symbol: sympy.Symbol, parameters: Parameters | None) -> _Item:

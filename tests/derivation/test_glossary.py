@@ -54,10 +54,11 @@ def printed(equations):
 
 def test_every_symbol_has_a_description_and_a_unit(model):
     equations, entries = model.equations, model.glossary
-    _ = equations.linearisation_change  # its directions are on the program, and no part of the equations
+    # Directions and sides are on the program, and no part of the equations.
+    _ = equations.linearisation_change, equations.held_right_hand_side
     program = equations.program.definitions
     mentioned = printed(equations) | set(equations.arguments) | set(equations.parameters)
-    directions = {*equations.motion.values(), *equations.change.values()}
+    directions = {*equations.motion.values(), *equations.change.values(), *equations.sides}
     for expression in program.values():
         mentioned |= expression.free_symbols - set(program) - directions
     missing = [symbol for symbol in mentioned if symbol not in entries]
