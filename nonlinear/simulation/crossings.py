@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from chassym.derivation.kinks import Kink
-from chassym.nonlinear.continuation.held_motion import HeldMotion, TimeStep
+from chassym.nonlinear.simulation.held_motion import HeldMotion, TimeStep
 
 Array = np.ndarray
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from chassym.derivation import Model
-from chassym.nonlinear.continuation.held_motion import TimeStep
 from chassym.nonlinear.orbits.patches import carries_by_contact, patch_of
+from chassym.nonlinear.simulation.held_motion import TimeStep
 
 Array = np.ndarray
 

@@ -22,9 +22,9 @@ from scipy.integrate import DOP853
 
 from chassym.derivation import Model
 from chassym.derivation.singularity import LIMIT
-from chassym.nonlinear.continuation.held_motion import HeldMotion, TimeStep
 from chassym.nonlinear.excitation.excitation import Array, Excitation
 from chassym.nonlinear.simulation.crossings import CONTACT_LOST, CONTACT_MADE, KNOT, Crossings
+from chassym.nonlinear.simulation.held_motion import HeldMotion, TimeStep
 from chassym.nonlinear.simulation.loss_of_contact import ContactWatch
 from chassym.nonlinear.simulation.simulation import Simulation
 

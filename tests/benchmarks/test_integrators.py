@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from chassym.derivation import Model
 from chassym.nonlinear import Harmonic, rig, simulate
-from chassym.nonlinear.continuation.held_motion import HeldMotion
+from chassym.nonlinear.simulation.held_motion import HeldMotion
 from chassym.nonlinear.simulation.right_hand_side import RightHandSide
 
 pytestmark = pytest.mark.benchmark
