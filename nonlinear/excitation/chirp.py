@@ -13,8 +13,8 @@ from chassym.nonlinear.excitation.excitation import (
     Array,
     Excitation,
     ExcitationError,
-    input_rows,
     inside,
+    of_inputs,
     refuse_infinite,
     refuse_unless_positive,
 )
@@ -80,9 +80,7 @@ class Chirp(Excitation):
 
     def signals(self, model: Model, time_s: Array) -> tuple[Array, Array]:
         """Value and rate of every input, as `Excitation` says."""
-        amplitude = np.zeros((len(model.system.inputs), 1), dtype=complex)
-        amplitude[input_rows(model, self.amplitudes), 0] = list(self.amplitudes.values())
-        moved = amplitude * np.exp(2j * np.pi * self.cycles(time_s))
+        moved = of_inputs(model, self.amplitudes)[:, None] * np.exp(2j * np.pi * self.cycles(time_s))
         return moved.real, -2 * np.pi * self.frequency_hz(time_s) * moved.imag
 
     def breaks(self, start_s: float, end_s: float) -> Array:

@@ -79,6 +79,19 @@ def input_rows(model: Model, names: Iterable[str]) -> list[int]:
     return [rows[name] for name in names]
 
 
+def of_inputs(model: Model, given: Mapping[str, complex]) -> Array:
+    """Numbers of all inputs of a model, in order, from those of some by name; zero for the others, (inputs,).
+
+    Raises
+    ------
+    ExcitationError
+        If the model has no input of a name.
+    """
+    numbers = np.zeros(len(model.system.inputs), dtype=complex)
+    numbers[input_rows(model, given)] = list(given.values())
+    return numbers
+
+
 @dataclass(frozen=True)
 class Harmonic(Excitation):
     """Inputs u(t) = Re(U exp(i 2 pi f t)); inputs not named stand still.
@@ -132,9 +145,7 @@ class Harmonic(Excitation):
         ExcitationError
             If the model has no input of a name.
         """
-        vector = np.zeros(len(model.system.inputs), dtype=complex)
-        vector[input_rows(model, self.amplitudes)] = list(self.amplitudes.values())
-        return vector
+        return of_inputs(model, self.amplitudes)
 
     def signals(self, model: Model, time_s: Array) -> tuple[Array, Array]:
         """Value and rate of every input, as `Excitation` says."""

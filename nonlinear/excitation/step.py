@@ -12,8 +12,8 @@ from chassym.nonlinear.excitation.excitation import (
     Array,
     Excitation,
     ExcitationError,
-    input_rows,
     inside,
+    of_inputs,
     refuse_infinite,
     refuse_unless_positive,
 )
@@ -66,8 +66,7 @@ class Step(Excitation):
     def signals(self, model: Model, time_s: Array) -> tuple[Array, Array]:
         """Value and rate of every input, as `Excitation` says."""
         ramp, slope = smooth_ramp((np.asarray(time_s) - self.start_s) / self.ramp_s)
-        levels = np.zeros((len(model.system.inputs), 1))
-        levels[input_rows(model, self.levels), 0] = list(self.levels.values())
+        levels = of_inputs(model, self.levels).real[:, None]
         return levels * ramp, levels * (slope / self.ramp_s)
 
     def breaks(self, start_s: float, end_s: float) -> Array:

@@ -49,7 +49,7 @@ class FourierOrbit(PeriodicOrbit):
     @cached_property
     def _inputs(self) -> np.ndarray:
         """Coefficients of inputs and their rates, up to the harmonic of the excitation."""
-        amplitude = self.excitation.vector(self.model)
+        amplitude = self._amplitudes
         both = np.zeros((2 * len(amplitude), self.subharmonic + 1), dtype=complex)
         both[:, -1] = np.concatenate([amplitude, 1j * self.excitation.angular_frequency * amplitude])
         return both

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chassym.derivation import Model
+from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.orbits.patches import carries_by_contact, is_unilateral, patch_of
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
@@ -88,6 +89,25 @@ class Reader:
     def is_settled(self, reading: Array, error: Array, tolerance: float) -> bool:
         """Whether every error is within the tolerance, relative to its value."""
         return bool(np.all(error <= tolerance * self.scale(reading) + 2 * ROUNDING))
+
+    def expected(self, reading: Array, error: Array, least: float) -> Array:
+        """Errors, each at least a part of the middle metric's, rounding added."""
+        scale = self.scale(reading)
+        return np.asarray(np.maximum(error, least * np.median(error / scale) * scale) + ROUNDING)
+
+    def unsettled(self, reading: Array, error: Array, how: str, tolerance: float) -> NoPeriodicOrbitError:
+        """Why it is given up, naming the worst metric.
+
+        Parameters
+        ----------
+        how
+            What it was read with.
+        """
+        worst = int(np.argmax(error / self.scale(reading)))
+        return NoPeriodicOrbitError(
+            f"{self.names[worst]} = {reading[worst]:.6g} {self.units[worst]} still has an error of "
+            f"{error[worst]:.2g} {how}, a relative {tolerance:g} was asked for; ask for less accuracy"
+        )
 
     def results(self, reading: Array, error: Array) -> tuple[dict[str, Metric], Contact | None]:
         """The peak-to-peak values by name, and the worst patch."""

@@ -32,7 +32,7 @@ def plot_waveform(axes: Axes, time_s: np.ndarray, values: np.ndarray, name: str,
     axes.axhline(0, color="0.6", linewidth=0.7)
     axes.set_ylabel(f"{name}\n({readable_unit(unit)})")
     axes.set_xlabel("time (s)")
-    _finish(axes)
+    finish(axes)
     return axes
 
 
@@ -62,7 +62,7 @@ def plot_stepped_sine(
         label=label,
     )
     axes.set_xlabel("frequency (Hz)")
-    _finish(axes)
+    finish(axes)
     return axes
 
 
@@ -101,7 +101,7 @@ def plot_force_over_travel(
     axes.set_xlabel("wheel travel, jounce positive (mm)")
     axes.set_ylabel("vertical patch force (kN)")
     axes.legend(frameon=False)
-    _finish(axes)
+    finish(axes)
     return axes
 
 
@@ -135,7 +135,7 @@ def plot_sweep(
     axes.set_yscale("log")
     if np.nansum(values) > 0:
         _few_decades(axes)
-    _finish(axes)
+    finish(axes)
     return axes
 
 
@@ -182,7 +182,7 @@ def plot_changes(
     axes.margins(x=0.32)
     axes.axvline(0, color="0.4", linewidth=0.8)
     axes.set_xlabel(f"change ({readable_unit(unit)})")
-    _finish(axes)
+    finish(axes)
     axes.grid(visible=False, axis="y")
     return axes
 
@@ -219,7 +219,7 @@ def _power_of_ten(value: float) -> str:
     return "10" + exponent.translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
-def _finish(axes: Axes) -> None:
+def finish(axes: Axes) -> None:
     """What every drawing shares."""
     axes.grid(which="major", color="0.88", linewidth=0.7)
     axes.set_axisbelow(True)

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from chassym.nonlinear.continuation.branch import Branch, amplitudes, output_row
 from chassym.nonlinear.continuation.stepped_sine import UPWARD, Run, SteppedResponse
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
-from chassym.nonlinear.plots.measurements import COLORS, readable_unit
+from chassym.nonlinear.plots.measurements import COLORS, finish, readable_unit
 
 Array = np.ndarray
 
@@ -74,7 +74,7 @@ def plot_orbit(axes: Axes, orbit: PeriodicOrbit, output: str, *, label: str | No
     axes.set_xlim(time_ms[0], time_ms[-1])
     axes.set_xlabel("time (ms)")
     axes.set_ylabel(f"{_words(output) if not series else ''}\n({unit})".strip())
-    _finish(axes)
+    finish(axes)
     return axes
 
 
@@ -125,7 +125,7 @@ def plot_harmonics(axes: Axes, orbit: PeriodicOrbit, output: str, harmonics: int
     axes.xaxis.set_major_locator(MaxNLocator(nbins=11, integer=True, steps=[1, 2, 5, 10]))
     axes.set_xlabel(f"harmonic of {orbit.angular_frequency / (2 * np.pi):.4g} Hz")
     axes.set_ylabel(f"{_words(output)}\n({unit})")
-    _finish(axes)
+    finish(axes)
     return axes
 
 
@@ -147,7 +147,7 @@ def plot_multipliers(axes: Axes, multipliers: Array, label: str | None = None) -
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     axes.set_xlabel("real part of multiplier")
     axes.set_ylabel("imaginary part")
-    _finish(axes)
+    finish(axes)
     return axes
 
 
@@ -185,7 +185,7 @@ def plot_branch(axes: Axes, branch: Branch, output: str, label: str = "", series
         axes.plot(at, tops, "D", color=color, markersize=6, label=f"{label} fold".strip())
     axes.set_xlabel(f"{_words(branch.path.name)} ({readable_unit(branch.path.unit)})")
     axes.set_ylabel(f"{_words(output)}, half peak-to-peak\n({unit})")
-    _finish(axes)
+    finish(axes)
     return axes
 
 
@@ -221,7 +221,7 @@ def plot_steps(axes: Axes, test: SteppedResponse, output: str) -> Axes:
         _arrows(axes, run, output, factor, color)
     axes.set_xlabel(f"{_words(test.path.name)} ({readable_unit(test.path.unit)})")
     axes.set_ylabel(f"{_words(output)}, half peak-to-peak\n({unit})")
-    _finish(axes)
+    finish(axes)
     return axes
 
 
@@ -240,10 +240,3 @@ def _arrows(axes: Axes, run: Run, output: str, factor: float, color: str) -> Non
 
 def _words(name: str) -> str:
     return name.replace("_", " ")
-
-
-def _finish(axes: Axes) -> None:
-    """What every drawing shares."""
-    axes.grid(which="major", color="0.88", linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)

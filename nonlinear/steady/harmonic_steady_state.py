@@ -8,7 +8,6 @@ import numpy as np
 
 from chassym.derivation import Model
 from chassym.nonlinear.continuation.continuation import first_orbit
-from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.harmonics.harmonic_balance import Extension
 from chassym.nonlinear.orbits.metrics import ROUNDING
@@ -69,12 +68,7 @@ def harmonic_steady_state(
                 unknowns = model.size * (2 * harmonics + 1)
                 statistics = Statistics("harmonic balance", unknowns, iterations, balance.correction)
                 return SteadyState(balance.orbit, peaks, contact, statistics)
-    worst = int(np.argmax(error / reader.scale(readings[-1])))
-    raise NoPeriodicOrbitError(
-        f"{reader.names[worst]} = {readings[-1][worst]:.6g} {reader.units[worst]} still has an error of "
-        f"{error[worst]:.2g} at {harmonics} harmonics, a relative {tolerance:g} was asked for; "
-        "ask for less accuracy"
-    )
+    raise reader.unsettled(readings[-1], error, f"at {harmonics} harmonics", tolerance)
 
 
 def algebraic_error(readings: Sequence[Array]) -> Array:

@@ -8,7 +8,6 @@ import numpy as np
 
 from chassym.derivation import Model
 from chassym.nonlinear.errors import NoPeriodicOrbitError
-from chassym.nonlinear.orbits.metrics import ROUNDING
 from chassym.nonlinear.steady.integrated_orbit import IntegratedOrbit
 from chassym.nonlinear.steady.result import Statistics, SteadyState
 from chassym.nonlinear.steady.steady_state import checked_reader, refuse_singular
@@ -56,8 +55,7 @@ class IntegratedReadings:
         """Read the metrics off the next orbit."""
         reading = self._reader.read(orbit)
         if self._orbit is not None:
-            moved, scale = np.abs(reading - self._reading), self._reader.scale(reading)
-            self._error = np.maximum(moved, _LEAST * np.median(moved / scale) * scale) + ROUNDING
+            self._error = self._reader.expected(reading, np.abs(reading - self._reading), _LEAST)
         self._orbit, self._reading = orbit, reading
 
     @property
@@ -81,10 +79,5 @@ class IntegratedReadings:
 
     def failure(self) -> NoPeriodicOrbitError:
         """Why it is given up."""
-        reader = self._reader
-        worst = int(np.argmax(self._error / reader.scale(self._reading)))
-        return NoPeriodicOrbitError(
-            f"{reader.names[worst]} = {self._reading[worst]:.6g} {reader.units[worst]} still has an error of "
-            f"{self._error[worst]:.2g} at an integration tolerance of {_LAST:g}, a relative "
-            f"{self._tolerance:g} was asked for; ask for less accuracy"
-        )
+        how = f"at an integration tolerance of {_LAST:g}"
+        return self._reader.unsettled(self._reading, self._error, how, self._tolerance)

@@ -17,7 +17,7 @@ from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.harmonics.fourier import coefficients
 from chassym.nonlinear.harmonics.harmonic_balance import at_rest, newton
 from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
-from chassym.nonlinear.orbits.metrics import ROUNDING, Reader
+from chassym.nonlinear.orbits.metrics import Reader
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 from chassym.nonlinear.simulation.simulate import SimulationError, simulate
 from chassym.nonlinear.steady.result import Statistics, SteadyState
@@ -208,20 +208,15 @@ def _refined(guess: PeriodicOrbit, reader: Reader, tolerance: float) -> SteadySt
             f"at {found.orbit.excitation.frequency_hz:g} Hz nothing brings a deviation back; give every "
             "coordinate some stiffness, and its resonance some damping"
         )
-    worst = int(np.argmax(error / reader.scale(reading)))
-    raise NoPeriodicOrbitError(
-        f"{reader.names[worst]} = {reading[worst]:.6g} {reader.units[worst]} still has an error of "
-        f"{error[worst]:.2g} with {found.orbit.points} points in each of {len(found.orbit.starts)} pieces, a "
-        f"relative {tolerance:g} was asked for; ask for less accuracy"
-    )
+    how = f"with {found.orbit.points} points in each of {len(found.orbit.starts)} pieces"
+    raise reader.unsettled(reading, error, how, tolerance)
 
 
 def _expected_error(reader: Reader, found: Refined, before: Array, reading: Array) -> Array:
     """Error estimate of every value that was read, as `steady_state` describes it."""
     inside = _INSIDE * np.abs(reader.read_iterated(found.orbit) - reading)
     left = (_SHRUNK + _NEWTON * min(found.correction, 0.1)) * np.abs(reading - before)
-    error, scale = np.maximum(inside, left), reader.scale(reading)
-    return np.asarray(np.maximum(error, _LEAST * np.median(error / scale) * scale) + ROUNDING)
+    return reader.expected(reading, np.maximum(inside, left), _LEAST)
 
 
 def refuse_singular(orbit: PeriodicOrbit) -> None:

@@ -9,8 +9,6 @@ from chassym.derivation import (
     Mechanism,
     Model,
     PointAcceleration,
-    PointDisplacement,
-    TravelPort,
     build_model,
     prismatic,
 )
@@ -22,21 +20,10 @@ from chassym.nonlinear.harmonics.harmonic_balance import at_rest, newton
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
 from .duffing import Duffing
+from .oscillator import oscillator
 
 SMOOTH = Duffing(damping=0.3, stiffness=1.0, cubic=0.5, force=0.6)
 FREQUENCY = 0.8
-
-
-def oscillator(stiffness: float = 800.0, damping: float = 6.0) -> Model:
-    """Two kilograms on a spring and a damper whose foot moves."""
-    mechanism = Mechanism("oscillator", gravity=0)
-    mass = mechanism.add_body("mass", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=2.0)
-    point = mechanism.point("foot", mass, (0, 0, 0))
-    port = TravelPort(point, mechanism.ground, "z").less(mechanism.add_input("road", "m"))
-    mechanism.add_force_element("spring", port, Linear(stiffness, damping))
-    mechanism.add_output(PointDisplacement("displacement", point, "z", mechanism.ground))
-    mechanism.add_output(PointAcceleration("acceleration", point, "z", mechanism.ground))
-    return build_model(mechanism, {})
 
 
 def solved(points: int, pieces: int) -> PiecewiseOrbit:

@@ -12,8 +12,6 @@ from chassym.derivation import (
     Mechanism,
     Model,
     PointAcceleration,
-    PointDisplacement,
-    TravelPort,
     build_model,
     prismatic,
 )
@@ -32,20 +30,9 @@ from chassym.nonlinear.harmonics.subharmonics import subharmonic_orbit
 from chassym.nonlinear.steady.shooting import shooting_steady_state
 
 from .duffing import Duffing
+from .oscillator import oscillator
 
 ALL_METHODS = [steady_state, harmonic_steady_state, shooting_steady_state]
-
-
-def oscillator(stiffness: float = 800.0, damping: float = 6.0) -> Model:
-    """Two kilograms on a spring and a damper whose foot moves."""
-    mechanism = Mechanism("oscillator", gravity=0)
-    mass = mechanism.add_body("mass", mechanism.ground, prismatic("z", "z"), (0, 0, 0), mass=2.0)
-    point = mechanism.point("foot", mass, (0, 0, 0))
-    port = TravelPort(point, mechanism.ground, "z").less(mechanism.add_input("road", "m"))
-    mechanism.add_force_element("spring", port, Linear(stiffness, damping))
-    mechanism.add_output(PointDisplacement("displacement", point, "z", mechanism.ground))
-    mechanism.add_output(PointAcceleration("acceleration", point, "z", mechanism.ground))
-    return build_model(mechanism, {})
 
 
 def values(found: SteadyState) -> Mapping[str, float]:
