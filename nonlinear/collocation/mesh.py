@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
+from numpy.polynomial import legendre
 
 from chassym.derivation import Model
-from chassym.nonlinear.orbits.gauss_points import equidistant_places
+from chassym.nonlinear.orbits.gauss_points import equidistant_places, interpolation, lobatto_series
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
@@ -43,17 +46,17 @@ def knot_phases(orbit: PiecewiseOrbit) -> Array:
     distance = orbit.model.knot_distances
     if not len(distance.rows):
         return np.empty(0)
+    values = orbit.values_in_pieces(distance)
     places = equidistant_places(_LOOKED)
-    looked = distance(orbit.arguments_in_pieces(places)).reshape(len(distance.rows), -1, _LOOKED)
+    looked = values @ interpolation(values.shape[2], places).T
     before, after = looked[:, :, :-1], looked[:, :, 1:]
     knot, piece, interval = np.nonzero(before * after < 0)
-    if not len(knot):
-        return np.empty(0)
+    series = lobatto_series(values.shape[2]) @ values[knot, piece].T
     start, end = places.values[interval], places.values[interval + 1]
     first, last = before[knot, piece, interval], after[knot, piece, interval]
     for _ in range(_STEPS):
         place = start - first * (end - start) / (last - first)
-        left = _distances(orbit, knot, piece, place)
+        left = legendre.legval(2 * place - 1, series, tensor=False)
         before_knot = left * first > 0
         start, first = np.where(before_knot, place, start), np.where(before_knot, left, first)
         end, last = np.where(before_knot, end, place), np.where(before_knot, last, left)
@@ -63,19 +66,13 @@ def knot_phases(orbit: PiecewiseOrbit) -> Array:
     return found[np.diff(found, prepend=-1.0) > _TOGETHER * FULL_TURN]
 
 
-def _distances(orbit: PiecewiseOrbit, knot: Array, piece: Array, places: Array) -> Array:
-    """The distance from one knot each at places of some pieces, shape (places,)."""
-    phases = orbit.boundaries[piece] + places * np.diff(orbit.boundaries)[piece]
-    arguments = np.concatenate([orbit.motion_in(piece, places), orbit.inputs_at(phases)])
-    return np.asarray(orbit.model.knot_distances(arguments)[knot, np.arange(len(knot))])
-
-
 def first_boundaries(orbit: PeriodicOrbit) -> Array:
     """Equal pieces, short enough for the fastest natural motion at the design position, (pieces + 1,)."""
     turns = fastest_rate(orbit.model) * orbit.period_s / _PER_PIECE
     return np.linspace(0, FULL_TURN, max(_FEWEST, int(np.ceil(turns))) + 1)
 
 
+@lru_cache(maxsize=16)
 def fastest_rate(model: Model) -> float:
     """Bound of the natural motions' rates (rad/s): undamped frequencies, and decays by dampers alone."""
     n, function = model.size, model.residual_jacobian

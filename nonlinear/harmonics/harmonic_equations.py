@@ -102,15 +102,15 @@ class HarmonicEquations:
         conjugate, l + k: these are windows that move over its spectrum.
         """
         n, most = self.model.size, 2 * self.harmonics
-        turns = (1j * self.angular_frequency * np.arange(self.harmonics + 1)) ** np.arange(3)[:, None]
+        turn = 1j * self.angular_frequency * np.arange(self.harmonics + 1)
         spectrum = self._spectra(arguments)
         step = spectrum.strides[-1]
         shape = (*spectrum.shape[:-1], self.harmonics + 1, self.harmonics + 1)
         centred = spectrum[..., most:]
         later = as_strided(centred, shape, (*spectrum.strides[:-1], step, -step))
         sums = as_strided(centred, shape, (*spectrum.strides[:-1], step, step))
-        straight = np.einsum("dplk,dk->plk", later, turns)
-        mirrored = np.einsum("dplk,dk->plk", sums, turns.conj())
+        straight = later[0] + turn * later[1] + turn**2 * later[2]
+        mirrored = sums[0] + turn.conj() * sums[1] + turn.conj() ** 2 * sums[2]
         straight[:, 0] *= 0.5
         mirrored[:, 0] *= 0.5
         return _real_blocks(straight + mirrored, straight - mirrored, n)

@@ -65,6 +65,7 @@ class Reader:
         lifted = [is_unilateral(model.system.outputs[row]) for row in self._rows[self._peaks :]]
         self._lowest = np.array([0.0] * self._peaks + [0.0 if each else -np.inf for each in lifted])
         self._least_scale = np.maximum(at_rest, ROUNDING)
+        _, self._unit_of = np.unique(self.units, return_inverse=True)
 
     def read(self, orbit: PeriodicOrbit) -> Array:
         """Peak-to-peak values, then smallest patch forces."""
@@ -80,11 +81,9 @@ class Reader:
     def scale(self, reading: Array) -> Array:
         """What an error of every value is compared with: of a patch force, at least that at rest."""
         sizes = np.abs(reading)
-        largest = {
-            unit: max(s for s, u in zip(sizes, self.units, strict=True) if u == unit) for unit in self.units
-        }
-        of_unit = np.array([largest[unit] for unit in self.units])
-        return np.maximum.reduce([sizes, _NEGLIGIBLE * of_unit, self._least_scale])
+        largest = np.zeros(len(sizes))
+        np.maximum.at(largest, self._unit_of, sizes)
+        return np.maximum.reduce([sizes, _NEGLIGIBLE * largest[self._unit_of], self._least_scale])
 
     def is_settled(self, reading: Array, error: Array, tolerance: float) -> bool:
         """Whether every error is within the tolerance, relative to its value."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
@@ -25,8 +26,10 @@ from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 
 Array = np.ndarray
 
-_DENSE, _ZOOMED, _ZOOMS = 33, 13, 2
-"""Places of a piece where an extreme is looked for, then around the best one, and how often so."""
+_DENSE, _ZOOMS, _NARROWER = 33, 3, 8.0
+"""Places of a piece where an extreme is looked for, how many parabolas are laid around the best one, and by how
+much each is narrower than the one before.
+"""
 
 _CANDIDATES = 3
 """Pieces in which an extreme is looked for: peaks may be too alike for places to tell which is higher."""
@@ -167,19 +170,24 @@ class PiecewiseOrbit(PeriodicOrbit):
         arguments[2 * n : 3 * n] = self.model.accelerations(arguments)
         return arguments
 
+    def values_in_pieces(self, function: Callable[[Array], Array]) -> Array:
+        """Results of a function of the equations' arguments at Lobatto places, (results, pieces, places)."""
+        values = function(self._sampled)
+        return values.reshape(len(values), len(self.starts), -1)
+
     def _extremes(self, rows: list[int], arguments: Array) -> tuple[Array, Array]:
         count = self.points + _BEYOND
         values = self.model.outputs(arguments)[rows].reshape(len(rows), -1, count)
-        dense = values @ interpolation(count, equidistant_places(_DENSE)).T
-        candidates = min(_CANDIDATES, dense.shape[1])
-        signs = np.array([-1.0, 1.0])[:, None, None]
-        tops = np.stack([-dense.min(axis=2), dense.max(axis=2)])
+        dense = np.tensordot(interpolation(count, equidistant_places(_DENSE)), values, axes=(1, 2))
+        tops = np.stack([-dense.min(axis=0), dense.max(axis=0)])
+        candidates = min(_CANDIDATES, tops.shape[2])
         pieces = np.argpartition(tops, -candidates, axis=2)[:, :, -candidates:]
-        signals = np.arange(len(rows))[:, None]
-        places = (signs[..., None] * dense[signals, pieces]).argmax(axis=3) / (_DENSE - 1)
-        chosen = (signs[..., None] * values[signals, pieces]).reshape(-1, count)
-        best = _refined(chosen, places.ravel(), 1 / (_DENSE - 1)).reshape(tops.shape[:2] + (-1,)).max(axis=2)
-        return -best[0], best[1]
+        signs, signals = np.array([-1.0, 1.0])[:, None, None], np.arange(len(rows))[:, None]
+        places = (signs * dense[:, signals, pieces]).argmax(axis=0) / (_DENSE - 1)
+        chosen = signs[..., None] * values[signals, pieces]
+        best = _refined(chosen.reshape(-1, count), places.ravel(), 1 / (_DENSE - 1)).reshape(pieces.shape)
+        low, high = best.max(axis=2)
+        return -low, high
 
     def under(self, model: Model, excitation: Harmonic) -> Self:
         """The same motion over phases in another test: rates grow with its frequency."""
@@ -196,7 +204,7 @@ class PiecewiseOrbit(PeriodicOrbit):
 
 
 def _refined(values: Array, place: Array, width: float) -> Array:
-    """The largest value of every interpolated signal within a width of a place.
+    """The largest value of every interpolated signal within a width of a place: of parabolas ever narrower.
 
     Parameters
     ----------
@@ -205,16 +213,14 @@ def _refined(values: Array, place: Array, width: float) -> Array:
     place
         Shape (signals,).
     """
-    series = values @ lobatto_series(values.shape[1]).T
+    series = lobatto_series(values.shape[1]) @ values.T
     for _ in range(_ZOOMS):
-        low, high = np.clip(place - width, 0, 1), np.clip(place + width, 0, 1)
-        places = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _ZOOMED)
-        polynomials = legendre.legvander(2 * places - 1, values.shape[1] - 1)
-        found = (polynomials @ series[:, :, None])[:, :, 0]
-        best = found.argmax(axis=1)
-        signals = np.arange(len(found))
-        place, width = places[signals, best], 2 * width / (_ZOOMED - 1)
-    before, at, after = found[signals, np.clip(best, 1, _ZOOMED - 2) + np.arange(-1, 2)[:, None]]
-    curvature, slope = 2 * at - before - after, (after - before) / 2
-    top = at + 0.5 * slope**2 / np.where(curvature > 0, curvature, np.inf)
-    return np.maximum(found.max(axis=1), np.where(np.abs(slope) < curvature, top, -np.inf))
+        centre = np.clip(place, width, 1 - width)
+        places = centre + width * np.array([[-1.0], [0.0], [1.0]])
+        before, at, after = legendre.legval(2 * places - 1, series[:, None, :], tensor=False)
+        slope, curvature = (after - before) / 2, 2 * at - before - after
+        is_inside = np.abs(slope) < curvature
+        vertex = np.divide(slope, curvature, out=np.sign(slope), where=is_inside)
+        place, width = centre + width * vertex, width / _NARROWER
+    top = np.where(is_inside, at + 0.5 * slope * vertex, -np.inf)
+    return np.asarray(np.maximum.reduce([before, at, after, top]))
