@@ -4,6 +4,11 @@ x'' + c x' + k x + g x^3 = P cos(w t).
 
 - One harmonic balanced: M. Krack and J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer
   2019, chapter 1, and example 1 of their program NLvib: c = 0.05, k = 1, g = 0.1, P = 0.18.
+- Their program's own figures for that example: three harmonics in steps along the response, tabulated by
+  M. Goldack, J. Gross, M. Krack and M. Stender, "Learning Duffing-Type Forces for the Harmonic Balance Method
+  Using Neural Networks", GAMM 2026 (results/Duffing_reference_results.csv of github.com/MiriamAlina/
+  gamm-duffing-hbm-nn, commit 2b4b61f); seven harmonics at the peak, printed by NLvib 1.3 (its column in
+  examples/comparison/01_duffing.ipynb of github.com/julianjurai/NLvib-py, commit 64ad450).
 - Jump frequencies and amplitudes: M. J. Brennan, I. Kovacic, A. Carrella and T. P. Waters, "On the jump-up
   and jump-down frequencies of the Duffing oscillator", Journal of Sound and Vibration 318 (2008) 1250-1261.
 - Free vibrations of finite amplitude by elliptic integrals: I. Kovacic and M. J. Brennan (eds.), The Duffing
@@ -270,6 +275,63 @@ def test_folds_of_one_harmonic() -> None:
     folds = branch_of(BOOK, 0.5, 1.6).folds
     for fold, expected, limit in zip(folds, (-tip.fun, foot.fun), (3e-3, 3e-3), strict=True):
         assert 2 * np.pi * fold.value == pytest.approx(expected, rel=limit)
+
+
+TABULATED = {
+    1.13348175443439: 0.71068366176687,
+    1.1380325873232: 1.6295041473644,
+    1.2074573937769: 2.3223840591022,
+    1.2576939170761: 2.7141103143975,
+    1.2682790779941: 2.8044615650718,
+    1.2350180095641: 2.6885938481481,
+    1.1021598796401: 1.9517602296025,
+}
+"""Amplitudes of the first of three harmonics by frequency (rad/s), on all three parts of the response."""
+
+TABULATED_EXTREMES = (1.26959987220511, 1.11571579064291)
+"""The highest frequency before the response turns back, and the lowest after."""
+
+PRINTED_PEAK = {"root mean square": 2.001518, "first": 2.830198, "third": 0.046166, "fifth": 0.000741}
+"""Of seven harmonics at the resonance, which is printed as 1.2687."""
+
+
+@pytest.mark.parametrize(("frequency", "amplitude"), TABULATED.items())
+def test_tabulated_response_of_three_harmonics(frequency: float, amplitude: float) -> None:
+    """To the accuracy with which their steps are solved."""
+    found = balanced_near(frequency, amplitude, harmonics=3)
+    assert abs(found[1]) == pytest.approx(amplitude, abs=2e-6)
+
+
+def balanced_near(frequency: float, amplitude: float, harmonics: int) -> Array:
+    """The harmonics at a frequency (rad/s) on the part of the response that has about this amplitude."""
+
+    def distance(orbit: FourierOrbit) -> float:
+        return float(np.hypot(orbit.angular_frequency - frequency, abs(orbit.coefficients[0, 1]) - amplitude))
+
+    near = min(branch_of(BOOK, 0.5, 1.6, harmonics).orbits, key=distance)
+    equation = replace(BOOK, frequency=frequency)
+    guess = near.under(model_of(equation), force_of(equation))
+    return newton(guess, 1e-10).orbit.coefficients[0]
+
+
+def test_tabulated_response_turns_at_the_folds() -> None:
+    """Its steps come as near to them as their length lets them, and not beyond."""
+    tip, foot = (2 * np.pi * fold.value for fold in branch_of(BOOK, 0.5, 1.6, harmonics=3).folds)
+    highest, lowest = TABULATED_EXTREMES
+    assert 0 < tip - highest < 1e-6
+    assert 0 < lowest - foot < 2e-5
+
+
+def test_printed_harmonics_at_the_resonance() -> None:
+    """As it is stationary there, the amplitude at the frequency of the backbone is that of the peak."""
+    path = FrequencyPath(model_of(BOOK), force_of(BOOK))
+    peak = backbone(path, [1.0], 0.5 / (2 * np.pi), 1.6 / (2 * np.pi), output="displacement", harmonics=7)
+    frequency = float(2 * np.pi * peak.frequencies_hz[0])
+    assert frequency == pytest.approx(1.2687, abs=5e-5)
+    found = balanced_near(frequency, PRINTED_PEAK["first"], harmonics=7)
+    assert np.linalg.norm(found) / np.sqrt(2) == pytest.approx(PRINTED_PEAK["root mean square"], abs=2e-6)
+    for order, name in ((1, "first"), (3, "third"), (5, "fifth")):
+        assert abs(found[order]) == pytest.approx(PRINTED_PEAK[name], abs=2e-6)
 
 
 @pytest.mark.parametrize(("ratio", "cubic"), [(0.02, 0.005), (0.02, 0.02), (0.01, 0.01)])
