@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from chassym import arguments, usage
-from chassym.requested_test import AXES, TESTS, find_test, find_vehicle
+from chassym.requested_test import AXES, TESTS, TYRES, find_test, find_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -53,6 +53,9 @@ Slopes = Annotated[
 ]
 TestName = Annotated[str, typer.Argument(metavar="|".join((*TESTS, "FILE.toml")), help="What the pads do.")]
 Tolerance = Annotated[str | None, typer.Option(metavar="RATIO", help="Largest error, relative to a metric.")]
+Tyres = Annotated[
+    str | None, typer.Option(metavar="|".join(TYRES), help="Whether they leave the pads; bonded by default.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
@@ -238,6 +241,7 @@ def test(
         typer.Option(metavar="AMPLITUDE", help="Largest one, in m or with a unit; also m/s, m/s^2."),
     ] = None,
     lag: Annotated[str | None, typer.Option(metavar="S", help="Delay of the rear pads.")] = None,
+    tyres: Tyres = None,
     axes: Annotated[str, typer.Option(metavar="|".join(AXES), help="Axes of what is measured.")] = "ground",
     tolerance: Tolerance = None,
     plot: Annotated[
@@ -256,7 +260,9 @@ def test(
     arguments.choice("--axes", axes, AXES)
     picture = None if plot is None else arguments.new_file("--plot", plot, ".png", ".svg", ".pdf")
     file = None if output is None else arguments.new_file("--output", output, ".csv", ".nc")
-    asked = find_test(name, frequency=frequency, amplitude=amplitude, lag=lag, tolerance=tolerance)
+    asked = find_test(
+        name, frequency=frequency, amplitude=amplitude, lag=lag, tolerance=tolerance, tyres=tyres
+    )
     model = _load(find_vehicle(vehicle, vehicle_option), changes, sections)
     from chassym.rig_test_command import run_requested
 
@@ -297,9 +303,8 @@ def sweep(
         list[str] | None,
         typer.Option("--metric", metavar="NAME", help="An output to measure peak to peak. Repeatable."),
     ] = None,
-    tolerance: Annotated[
-        str | None, typer.Option(metavar="RATIO", help="Largest error, relative to a metric.")
-    ] = None,
+    tolerance: Tolerance = None,
+    tyres: Tyres = None,
     jobs: Annotated[str | None, typer.Option(metavar="N", help="Processes; all cores by default.")] = None,
     dask: Annotated[
         str | None,
@@ -322,6 +327,7 @@ def sweep(
         output=output,
         metrics=metrics,
         tolerance=tolerance,
+        tyres=tyres,
         jobs=jobs,
         dask=dask,
     )

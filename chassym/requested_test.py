@@ -27,6 +27,9 @@ TESTS = (
 )
 """The built-in tests; listed here so that help comes without reading them."""
 
+TYRES = ("bonded", "lifting")
+"""What tyres do on the pads."""
+
 AXES = {"ground": "", "body": "body_axes_"}
 """Prefixes of the names of what is measured along the axes of the ground and of the body."""
 
@@ -38,6 +41,7 @@ def find_test(
     amplitude: str | None = None,
     lag: str | None = None,
     tolerance: str | None = None,
+    tyres: str | None = None,
 ) -> RigTest:
     """A built-in test or the one of a file, with what the options change.
 
@@ -61,6 +65,9 @@ def find_test(
     if tolerance is not None:
         error = arguments.positive("--tolerance", tolerance, "1")
         changes.append(lambda test: replace(test, tolerance=error))
+    if tyres is not None:
+        lift = arguments.choice("--tyres", tyres, TYRES) == "lifting"
+        changes.append(lambda test: replace(test, tyres_lift=lift))
     from chassym.nonlinear.rig import load_rig_test
 
     test = load_rig_test(name)

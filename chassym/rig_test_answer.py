@@ -131,7 +131,7 @@ def _contact_lines(losses: Sequence[PeriodicLossOfContact]) -> Iterator[str]:
         told = "; ".join(
             f"{_place(loss)}for {_while(loss)}, down to {loss.smallest_force:.4g} N" for loss in pulled
         )
-        yield f"WARNING: contact would have been lost {told}: a tyre cannot pull."
+        yield f"WARNING: contact would have been lost {told}: a tyre cannot pull. --tyres lifting lets it go."
     if lifted:
         told = "; ".join(f"{loss.patch or 'tyre'} for {_while(loss)}" for loss in lifted)
         yield f"In the air: {told}."

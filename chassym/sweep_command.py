@@ -36,6 +36,7 @@ class SweepRequest:
     output: str
     metrics: Sequence[str] | None
     tolerance: str | None
+    tyres: str | None
     jobs: str | None
     dask: str | None
 
@@ -55,7 +56,7 @@ def run_requested(asked: SweepRequest, load: Callable[[], Model]) -> None:
     """
     file = _new_results(asked.output)
     jobs = None if asked.jobs is None else _at_least_one(asked.jobs)
-    test = find_test(asked.test, tolerance=asked.tolerance)
+    test = find_test(asked.test, tolerance=asked.tolerance, tyres=asked.tyres)
     if asked.dask is not None and jobs is not None:
         raise ArgumentError("--jobs", f"{jobs} beside --dask", "one of them")
     from chassym.nonlinear.sweep.sweep import Sweep, run_sweep

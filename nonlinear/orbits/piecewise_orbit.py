@@ -27,8 +27,8 @@ from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 Array = np.ndarray
 
 _DENSE, _ZOOMS, _NARROWER = 33, 3, 8.0
-"""Places of a piece where an extreme is looked for, how many parabolas are laid around the best one, and by how
-much each is narrower than the one before.
+"""Places of a piece where an extreme is looked for, how many parabolas are laid around the best one, and by
+how much each is narrower than the one before.
 """
 
 _CANDIDATES = 3

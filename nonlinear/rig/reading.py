@@ -19,8 +19,9 @@ A file holds ``name``, ``description``, ``source``, ``frequency`` and one or mor
     phase = "-90 deg"             # or lag = "125 ms"
 
 It may also hold ``extends``, the name of a built-in test whose keys it takes over where it has none of its
-own; ``rear_lag``; ``body``, "free" or "held"; ``metrics``, a list of outputs; ``tolerance``; and ``[[rate]]``
-with ``name``, ``of`` and ``over``, the slope of one output over another.
+own; ``rear_lag``; ``body``, "free" or "held"; ``tyres``, "bonded" to the pads or "lifting" off;
+``metrics``, a list of outputs; ``tolerance``; and ``[[rate]]`` with ``name``, ``of`` and ``over``, the slope
+of one output over another.
 """
 
 from __future__ import annotations
@@ -47,9 +48,13 @@ MOST_FREQUENCIES = 10_000
 """Most steps of a stepped sine."""
 
 BODIES = {"free": False, "held": True}
+"""Whether the body is held, by the word for it."""
+
+TYRES = {"bonded": False, "lifting": True}
+"""Whether tyres lift, by the word for it."""
 
 _REQUIRED = ("name", "description", "source", "frequency", "motion")
-_OPTIONAL = ("extends", "rear_lag", "body", "metrics", "tolerance", "rate")
+_OPTIONAL = ("extends", "rear_lag", "body", "tyres", "metrics", "tolerance", "rate")
 _MOTION = ("pads", "direction", "amplitude", "phase", "lag")
 _RATE = ("name", "of", "over")
 _RANGE = ("from", "to", "step")
@@ -121,7 +126,7 @@ def _parsed(document: Mapping[str, Any], origin: str) -> RigTest:
             origin, "motion", received, "amplitudes of one kind: displacement, velocity or acceleration"
         )
     rates = _tables(document, "rate", origin) if "rate" in document else []
-    body = document.get("body", "free")
+    body, tyres = document.get("body", "free"), document.get("tyres", "bonded")
     return RigTest(
         name=_text(document, "name", origin),
         description=_text(document, "description", origin),
@@ -131,6 +136,7 @@ def _parsed(document: Mapping[str, Any], origin: str) -> RigTest:
         amplitude_unit=units[0],
         rear_lag_s=_number(document, "rear_lag", "s", origin, ANY),
         body_is_held=BODIES[_choice(body, "body", BODIES, origin)],
+        tyres_lift=TYRES[_choice(tyres, "tyres", TYRES, origin)],
         metrics=_names(document["metrics"], "metrics", origin) if "metrics" in document else None,
         rates=tuple(_rate(each, f"rate[{i}].", origin) for i, each in enumerate(rates)),
         tolerance=_tolerance(document.get("tolerance", 1e-3), origin),

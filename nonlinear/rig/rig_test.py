@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chassym.derivation import Model, ParameterError
+from chassym.derivation import Model, ParameterError, with_lifting_tyres
 from chassym.derivation.schema import refusal
 from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.rig.held_body import hold_body
@@ -75,6 +75,8 @@ class RigTest:
         By how much the rear pads are later, in addition to the lags of the motions.
     body_is_held
         Whether the body is fixed to the ground and the pads are free in the plane, as on a K&C rig.
+    tyres_lift
+        Whether tyres leave the pads instead of being bonded to them.
     metrics
         Outputs to measure peak to peak; all accelerations and angular rates if None.
     rates
@@ -91,6 +93,7 @@ class RigTest:
     amplitude_unit: str = "m"
     rear_lag_s: float = 0.0
     body_is_held: bool = False
+    tyres_lift: bool = False
     metrics: tuple[str, ...] | None = None
     rates: tuple[Rate, ...] = ()
     tolerance: float = 1e-3
@@ -127,14 +130,18 @@ class RigTest:
         return replace(self, rear_lag_s=lag_s)
 
     def mounted(self, model: Model) -> Model:
-        """The model as it stands on the rig, with its body held if the test asks for that.
+        """The model as it stands on the rig, with its body held or its tyres free if the test asks for that.
 
         Raises
         ------
+        MechanismError
+            If tyres are to lift and the vehicle has none that can.
         ParameterError
             If the body is to be held and the vehicle is not one whose body can be, or if it lacks an output.
         """
         mounted = hold_body(model, self.name) if self.body_is_held else model
+        if self.tyres_lift:
+            mounted = with_lifting_tyres(mounted)
         for name in self.measured or ():
             if name not in mounted.output_names:
                 near = difflib.get_close_matches(name, mounted.output_names, n=_GIVEN, cutoff=0.0)

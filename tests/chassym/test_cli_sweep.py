@@ -42,6 +42,17 @@ def test_values_are_understood(run, values, expected):
         np.testing.assert_allclose(found[name], expected)
 
 
+def test_tyres_lift_in_all_points(run):
+    grid = (*HEAVE, "--vary", "frequency_hz=8:9:2", "--vary", "amplitude_m=0.03")
+    smallest = {}
+    for tyres in ("bonded", "lifting"):
+        assert run(*grid, "--tyres", tyres, "-o", f"{tyres}.nc")[0] == 0
+        with xarray.open_dataset(f"{tyres}.nc") as found:
+            smallest[tyres] = found["minimum_patch_force"].values
+    assert np.all(smallest["bonded"] < 0)
+    np.testing.assert_array_equal(smallest["lifting"], 0)
+
+
 def test_percent_of_a_parameter_is_relative_to_its_nominal_value(run, quarter_car):
     assert run(*HEAVE, "--vary", "sprung.mass=50:150:3%")[0] == 0
     nominal = quarter_car.parameters.value("sprung.mass")

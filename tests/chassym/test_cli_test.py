@@ -9,7 +9,8 @@ import pytest
 import xarray
 
 from chassym.cli import main
-from chassym.derivation import Model, load_model
+from chassym.derivation import Model, load_model, with_lifting_tyres
+from chassym.nonlinear import Harmonic, shooting_steady_state
 from chassym.nonlinear.rig import load_rig_test, rig_test_names, run
 from chassym.requested_test import TESTS
 from chassym.rig_test_answer import print_test
@@ -102,6 +103,31 @@ def test_an_amplitude_may_be_of_velocity_or_acceleration(answer, unit, order):
 
 def test_a_vehicle_may_be_an_option(answer):
     assert answer("test", "heave", "--vehicle", "quarter_car") == answer("test", "heave", "quarter_car")
+
+
+def test_tyres_lift_on_request(answer, profile, quarter_car: Model):
+    """As an option, as a key of a profile, and as the model that Python makes of it."""
+    hop = ("test", "heave", "quarter_car", "--frequency", "8", "--amplitude", "30 mm")
+    bonded, lifting = answer(*hop), answer(*hop, "--tyres", "lifting")
+    assert answer(*hop, "--tyres", "bonded") == bonded
+    assert bonded["minimum_patch_force"]["value"] < 0 == lifting["minimum_patch_force"]["value"]
+    assert [loss["in_the_air"] for loss in bonded["lost_contact"]] == [False]
+    assert [loss["in_the_air"] for loss in lifting["lost_contact"]] == [True]
+    text = 'extends = "heave"\ntyres = "lifting"\nfrequency = "8 Hz"\n'
+    motion = '[[motion]]\npads = "all"\ndirection = "vertical"\namplitude = "30 mm"\n'
+    assert answer("test", profile(text + motion), "quarter_car") == lifting
+    metric = lifting["metrics"]["vertical_acceleration"]
+    flying, hopping = with_lifting_tyres(quarter_car), Harmonic(8.0, {"road": 0.03})
+    expected = shooting_steady_state(flying, hopping, tolerance=1e-7).peak_to_peak["vertical_acceleration"]
+    assert metric["peak_to_peak"] == pytest.approx(expected.value, abs=metric["error"])
+
+
+def test_what_tyres_do_is_said_in_two_words(refused):
+    assert "bonded, lifting" in refused("test", "heave", "--tyres", "glued")
+
+
+def test_a_vehicle_without_tyres_cannot_lift_them(refused, tmp_path):
+    assert "no tyre to lift" in refused("test", "roll", "torsion_chain", "--tyres", "lifting")
 
 
 def test_two_vehicles_are_refused(refused):

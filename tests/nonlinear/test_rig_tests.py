@@ -209,6 +209,7 @@ MOTION = '[[motion]]\npads = "front_left"'
         ('"25 mm"', '"25 mm"\nlag = 3', ["motion[0].lag:", "3", "unit"]),
         ('name = "own"', 'name = "own"\nrear_lag = "3 m"', ["rear_lag:", "'m'", "s"]),
         ('name = "own"', 'name = "own"\nbody = "fixed"', ["body:", "'fixed'", "held"]),
+        ('name = "own"', 'name = "own"\ntyres = "glued"', ["tyres:", "'glued'", "lifting"]),
         ('name = "own"', 'name = "own"\nmetrics = "yaw_rate"', ["metrics:", "yaw_rate", "names"]),
         ('name = "own"', 'name = "own"\ntolerance = "1e-3"', ["tolerance:", "'1e-3'", "number"]),
         ('name = "own"', 'name = "own"\ntolerance = 0', ["tolerance:", "0", "greater than zero"]),
