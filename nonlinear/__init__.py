@@ -24,6 +24,7 @@ from chassym.nonlinear.excitation.time_series import PeriodicTimeSeries, TimeSer
 from chassym.nonlinear.harmonics.subharmonics import subharmonic_orbit
 from chassym.nonlinear.orbits.distortion import distortion
 from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
+from chassym.nonlinear.orbits.knots import knot_phases
 from chassym.nonlinear.orbits.metrics import Contact, Metric
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
@@ -103,6 +104,7 @@ __all__ = [
     "grid",
     "harmonic_steady_state",
     "in_this_process",
+    "knot_phases",
     "latin_hypercube",
     "on_dask",
     "on_processes",

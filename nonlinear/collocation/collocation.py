@@ -18,7 +18,7 @@ import numpy as np
 from chassym.derivation import Model
 from chassym.nonlinear.collocation.cyclic_chain import CyclicChain
 from chassym.nonlinear.errors import NoPeriodicOrbitError
-from chassym.nonlinear.orbits.gauss_points import GaussPoints, gauss_points
+from chassym.nonlinear.orbits.gauss_points import gauss_points
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
@@ -48,7 +48,7 @@ class Linearisation:
         for start in range(0, pieces, together):
             part = slice(start, start + together)
             solved[part] = self._condensed(part, arguments[:, start * points : (start + together) * points])
-        self._end = _ends(solved, orbit.durations_s[:, None, None], self._points)
+        self._end = self._points.moved_by_end(solved, orbit.durations_s)
         self._solved = solved.reshape(pieces, -1, 2 * n + 1)
 
     def _condensed(self, part: slice, arguments: Array) -> Array:
@@ -93,11 +93,7 @@ class Linearisation:
     @cached_property
     def _gaps(self) -> Array:
         """By how much a piece, its equations fulfilled, would miss the start of the next, (pieces, 2 n)."""
-        orbit, n = self._orbit, self._orbit.model.size
-        ends = orbit.starts - self._end[:, :, -1]
-        ends[:, :n] += orbit.durations_s[:, None] * orbit.starts[:, n:]
-        moved = _ends(orbit.accelerations[..., None], orbit.durations_s[:, None, None], self._points)
-        return ends + moved[:, :, 0] - np.roll(orbit.starts, -1, axis=0)
+        return self._orbit.jumps - self._end[:, :, -1]
 
     @cached_property
     def _chain(self) -> CyclicChain:
@@ -139,29 +135,6 @@ def _derivatives(model: Model, arguments: Array) -> Array:
     full = np.zeros((arguments.shape[1], 3, n * n))
     full[:, kinds, function.rows * n + columns] = function(arguments).T
     return full
-
-
-def _ends(accelerations: Array, durations: Array, points: GaussPoints) -> Array:
-    """What accelerations add to coordinates and rates by the end of a piece.
-
-    Parameters
-    ----------
-    accelerations
-        Several sets, shape (pieces, points, n, sets).
-    durations
-        Shape (pieces, 1, 1).
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (pieces, 2 n, sets).
-    """
-    pieces, count, n, sets = accelerations.shape
-    weights = np.stack([points.second_to_end, points.first_to_end])
-    moved = (weights @ accelerations.reshape(pieces, count, n * sets)).reshape(pieces, 2, n, sets)
-    moved[:, 0] *= durations**2
-    moved[:, 1] *= durations
-    return moved.reshape(pieces, 2 * n, sets)
 
 
 def in_pieces(orbit: PeriodicOrbit, boundaries: Array, points: int) -> PiecewiseOrbit:

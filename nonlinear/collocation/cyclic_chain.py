@@ -12,6 +12,10 @@ _GROWTH = 1e6
 """Growth of deviations along the chain up to which their product loses no more than half of all digits."""
 
 
+_UNBOUNDED = 1e8
+"""How much larger than what is missing after one turn deviations may be at most."""
+
+
 class CyclicChain:
     """A closed chain.
 
@@ -46,13 +50,15 @@ class CyclicChain:
         Raises
         ------
         numpy.linalg.LinAlgError
-            If there is none, or more than one.
+            If there is none, or more than one, to within rounding.
         """
         along = np.stack(self._along[:-1])
         if not np.abs(along).max() < _GROWTH:
             return self._together()
         whole = self._along[-1]
         first = np.linalg.solve(np.eye(len(whole)) - whole[:, :-1], whole[:, -1])
+        if np.abs(first).max() > _UNBOUNDED * np.abs(whole[:, -1]).max():
+            raise np.linalg.LinAlgError("what is missing after one turn makes deviations without bounds")
         return np.asarray(along @ np.append(first, 1.0))
 
     def _together(self) -> Array:

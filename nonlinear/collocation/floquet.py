@@ -8,9 +8,10 @@ from functools import singledispatch
 import numpy as np
 
 from chassym.nonlinear.collocation.collocation import Linearisation, in_pieces
-from chassym.nonlinear.collocation.mesh import FULL_TURN, cut, first_boundaries, knot_phases
+from chassym.nonlinear.collocation.mesh import FULL_TURN, cut, first_boundaries
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
+from chassym.nonlinear.orbits.knots import knot_phases
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
@@ -52,17 +53,25 @@ def _of_series(orbit: FourierOrbit) -> np.ndarray:
 
 def _cut(orbit: PeriodicOrbit) -> PiecewiseOrbit:
     """An orbit in pieces that end where it passes knots."""
-    pieces = orbit if isinstance(orbit, PiecewiseOrbit) else in_pieces(orbit, _equal_pieces(orbit), POINTS)
-    boundaries = cut(knot_phases(pieces), pieces.boundaries, np.ones(len(pieces.starts)))
-    return in_pieces(orbit, boundaries, max(pieces.points, POINTS))
+    boundaries, points = _pieces_of(orbit)
+    return in_pieces(orbit, cut(knot_phases(orbit), boundaries, np.ones(len(boundaries) - 1)), points)
 
 
-def _equal_pieces(orbit: PeriodicOrbit) -> np.ndarray:
-    """Boundaries of pieces that are short enough for the motion, and for all harmonics of a series."""
-    boundaries = first_boundaries(orbit)
-    if isinstance(orbit, FourierOrbit) and orbit.harmonics >= len(boundaries):
-        return np.linspace(0, FULL_TURN, orbit.harmonics + 1)
-    return boundaries
+@singledispatch
+def _pieces_of(orbit: PeriodicOrbit) -> tuple[np.ndarray, int]:
+    """Boundaries and points of pieces in which a motion is as accurate as it is known."""
+    return first_boundaries(orbit), POINTS
+
+
+@_pieces_of.register
+def _as_many_as_harmonics(orbit: FourierOrbit) -> tuple[np.ndarray, int]:
+    equal = first_boundaries(orbit)
+    return np.linspace(0, FULL_TURN, max(len(equal), orbit.harmonics + 1)), POINTS
+
+
+@_pieces_of.register
+def _its_own(orbit: PiecewiseOrbit) -> tuple[np.ndarray, int]:
+    return orbit.boundaries, max(orbit.points, POINTS)
 
 
 def _distance(one: PiecewiseOrbit, other: PiecewiseOrbit) -> float:

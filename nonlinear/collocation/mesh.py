@@ -5,25 +5,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from chassym.derivation import Model
-from chassym.nonlinear.orbits.gauss_points import equidistant_places, interpolation, lobatto_series
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
-from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
 Array = np.ndarray
 
 FULL_TURN = 2 * np.pi
-
-_LOOKED = 13
-"""Places of a piece at which sides are compared: a knot passed and passed back between two is not seen."""
-
-_STEPS = 2
-"""Steps of the rule of false position that place a passing in its interval."""
-
-_TOGETHER = 1e-7
-"""Share of the orbit below which two passings are taken for one."""
 
 _FEWEST = 12
 """Pieces of a turn that knows no faster motion than its own."""
@@ -33,37 +21,8 @@ _PER_PIECE = 6.0
 motion by four points grows from 6.15 on, and in a long test every piece multiplies that.
 """
 
-_SPARE = 0.3
+_SPARE = 0.15
 """Part of a piece by which the others between two knots grow rather than that one more is made."""
-
-
-def knot_phases(orbit: PiecewiseOrbit) -> Array:
-    """Phases at which the motion passes a knot, ascending from 0 to 2 pi.
-
-    They are found between places by false position: an error e of them changes forces by no more than e for
-    no longer than e, so the orbit by e^2.
-    """
-    distance = orbit.model.knot_distances
-    if not len(distance.rows):
-        return np.empty(0)
-    values = orbit.values_in_pieces(distance)
-    places = equidistant_places(_LOOKED)
-    looked = values @ interpolation(values.shape[2], places).T
-    before, after = looked[:, :, :-1], looked[:, :, 1:]
-    knot, piece, interval = np.nonzero(before * after < 0)
-    series = lobatto_series(values.shape[2]) @ values[knot, piece].T
-    start, end = places.values[interval], places.values[interval + 1]
-    first, last = before[knot, piece, interval], after[knot, piece, interval]
-    for _ in range(_STEPS):
-        place = start - first * (end - start) / (last - first)
-        left = legendre.legval(2 * place - 1, series, tensor=False)
-        before_knot = left * first > 0
-        start, first = np.where(before_knot, place, start), np.where(before_knot, left, first)
-        end, last = np.where(before_knot, end, place), np.where(before_knot, last, left)
-    place = start - first * (end - start) / np.where(last == first, 1.0, last - first)
-    phases = orbit.boundaries[piece] + place * np.diff(orbit.boundaries)[piece]
-    found = np.sort(np.mod(phases, FULL_TURN))
-    return found[np.diff(found, prepend=-1.0) > _TOGETHER * FULL_TURN]
 
 
 def first_boundaries(orbit: PeriodicOrbit) -> Array:

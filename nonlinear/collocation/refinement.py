@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chassym.nonlinear.collocation.collocation import Linearisation, in_pieces
-from chassym.nonlinear.collocation.mesh import cut, first_boundaries, knot_phases
+from chassym.nonlinear.collocation.mesh import cut, first_boundaries
 from chassym.nonlinear.errors import NoPeriodicOrbitError
+from chassym.nonlinear.orbits.knots import knot_phases
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
 Array = np.ndarray
 
-FEWEST_POINTS, MOST_POINTS = 3, 24
+FEWEST_POINTS, MOST_POINTS = 4, 24
 """Gauss points of a piece at first, and where the refinement gives up."""
 
 _MOST_STEPS = 40
@@ -54,9 +55,10 @@ class Refined:
 
 
 def refinements(guess: PeriodicOrbit, rough: float) -> Iterator[Refined]:
-    """Ever more accurate orbits, the first one near enough for Newton's method to converge at once.
+    """Ever more accurate orbits, each of which is cut where it passes knots itself.
 
-    Each is one step from the last, with one Gauss point more; pieces that are not resolved are halved.
+    The first of them is near enough for Newton's method to converge at once; each one more is one step from
+    the last, with one Gauss point more, and pieces that are not resolved are halved.
 
     Parameters
     ----------
@@ -70,19 +72,25 @@ def refinements(guess: PeriodicOrbit, rough: float) -> Iterator[Refined]:
     NoPeriodicOrbitError
         If Newton's method does not come near an orbit, or the motion is too rough.
     """
-    orbit = in_pieces(guess, first_boundaries(guess), FEWEST_POINTS)
-    iterations, points, halved = 0, FEWEST_POINTS, np.inf
-    while points <= MOST_POINTS:
-        found = _stepped(_cut_again(orbit, points, halved), iterations)
-        orbit, iterations = found.orbit, found.iterations
-        if points > FEWEST_POINTS or found.correction < _NEAR:
-            yield found
-            points, halved = points + 1, rough
-        elif iterations == _MOST_STEPS or not np.isfinite(found.correction):
+    equal = first_boundaries(guess)
+    boundaries = cut(knot_phases(guess), equal, np.ones(len(equal) - 1))
+    orbit = in_pieces(guess, boundaries, FEWEST_POINTS)
+    points, iterations, is_near = FEWEST_POINTS, 0, False
+    while points < MOST_POINTS:
+        orbit, correction = _stepped(orbit)
+        iterations += 1
+        is_near = is_near or correction < _NEAR
+        if is_near:
+            points += 1
+            orbit = _cut_again(orbit, points, rough)
+            yield Refined(orbit, correction, iterations)
+        elif iterations == _MOST_STEPS or not np.isfinite(correction):
             raise NoPeriodicOrbitError(
-                f"collocation at {orbit.excitation.frequency_hz:g} Hz: correction {iterations} is still "
-                f"{found.correction:.2g} of the motion; start from a smaller amplitude"
+                f"collocation at {guess.excitation.frequency_hz:g} Hz: correction {iterations} is still "
+                f"{correction:.2g} of the motion; start from a smaller amplitude"
             )
+        else:
+            orbit = _cut_again(orbit, points, np.inf)
 
 
 def _cut_again(orbit: PiecewiseOrbit, points: int, rough: float) -> PiecewiseOrbit:
@@ -103,13 +111,12 @@ def _roughness(orbit: PiecewiseOrbit) -> Array:
     return np.asarray((highest / np.maximum(largest, _SMALL * largest.max() + 1e-12)).max(axis=1))
 
 
-def _stepped(orbit: PiecewiseOrbit, iterations: int) -> Refined:
-    """One step of Newton's method, shortened if it is long."""
+def _stepped(orbit: PiecewiseOrbit) -> tuple[PiecewiseOrbit, float]:
+    """One step of Newton's method, shortened if it is long, and its relative correction of the rates."""
     n = orbit.model.size
     found = Linearisation(orbit).corrected()
     change = found.starts - orbit.starts
-    size = max(np.abs(orbit.starts[:, n:]).max(), 1e-9)
-    correction = float(np.abs(change[:, n:]).max() / size)
+    correction = float(np.abs(change[:, n:]).max() / orbit.largest_rate)
     if correction > _LONGEST_STEP:
         part = _LONGEST_STEP / correction
         found = replace(
@@ -117,4 +124,4 @@ def _stepped(orbit: PiecewiseOrbit, iterations: int) -> Refined:
             starts=orbit.starts + part * change,
             accelerations=orbit.accelerations + part * (found.accelerations - orbit.accelerations),
         )
-    return Refined(found, correction, iterations + 1)
+    return found, correction

@@ -69,9 +69,9 @@ class FourierOrbit(PeriodicOrbit):
         """Smallest and largest value of some outputs over the orbit, shape (len(rows),) each."""
         return peaks.extremes(self, rows, samples_for(self.harmonics))
 
-    def sampled(self, count: int) -> np.ndarray:
-        """Arguments at equidistant phases with accelerations from the equations of motion."""
-        return self.with_accelerations(
+    def sampled_motion(self, count: int) -> np.ndarray:
+        """The equations' arguments at equidistant phases but for accelerations, which are zero."""
+        return self._without_accelerations(
             fourier.samples(self._motion, count), fourier.samples(self._inputs, count)
         )
 

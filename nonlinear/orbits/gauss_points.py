@@ -72,6 +72,28 @@ class GaussPoints:
         once, twice = self._integrals
         return polynomials[:, :-2] @ self.series, polynomials[:, :-1] @ once, polynomials @ twice
 
+    def moved_by_end(self, accelerations: Array, durations: Array) -> Array:
+        """What accelerations add to coordinates and rates by the end of a piece.
+
+        Parameters
+        ----------
+        accelerations
+            Several sets, shape (pieces, points, n, sets).
+        durations
+            Shape (pieces,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (pieces, 2 n, sets).
+        """
+        pieces, count, n, sets = accelerations.shape
+        weights = np.stack([self.second_to_end, self.first_to_end])
+        moved = (weights @ accelerations.reshape(pieces, count, n * sets)).reshape(pieces, 2, n, sets)
+        moved[:, 0] *= durations[:, None, None] ** 2
+        moved[:, 1] *= durations[:, None, None]
+        return moved.reshape(pieces, 2 * n, sets)
+
 
 @lru_cache
 def gauss_points(count: int) -> GaussPoints:

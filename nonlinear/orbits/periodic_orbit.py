@@ -67,6 +67,14 @@ class PeriodicOrbit(ABC):
         turning = self._amplitudes[:, None] * np.exp(1j * self.subharmonic * phases)
         return np.concatenate([turning.real, -self.excitation.angular_frequency * turning.imag])
 
+    def sampled_motion(self, count: int) -> Array:
+        """The equations' arguments at equidistant phases but for accelerations, which are zero."""
+        phases = 2 * np.pi / count * np.arange(count)
+        return self._without_accelerations(self.motion_at(phases), self.inputs_at(phases))
+
+    def _without_accelerations(self, moved: Array, inputs: Array) -> Array:
+        return np.concatenate([moved, np.zeros((self.model.size, moved.shape[1])), inputs])
+
     def arguments_at(self, phases: Array) -> Array:
         """The equations' arguments; accelerations are those the equations of motion ask for."""
         return self.with_accelerations(self.motion_at(phases), self.inputs_at(phases))
@@ -77,14 +85,17 @@ class PeriodicOrbit(ABC):
         They converge faster than second derivatives of the coordinates, which have to imitate the corners
         that the knots of a table make.
         """
+        return self._accelerated(self._without_accelerations(moved, inputs))
+
+    def _accelerated(self, arguments: Array) -> Array:
+        """The arguments, their accelerations replaced."""
         n = self.model.size
-        arguments = np.concatenate([moved, np.zeros((n, moved.shape[1])), inputs])
         arguments[2 * n : 3 * n] = self.model.accelerations(arguments)
         return arguments
 
     def sampled(self, count: int) -> Array:
         """Arguments at equidistant phases with accelerations from the equations of motion."""
-        return self.arguments_at(2 * np.pi / count * np.arange(count))
+        return self._accelerated(self.sampled_motion(count))
 
     def outputs_at(self, phases: Array) -> Array:
         """Every output, shape (outputs, phases)."""
@@ -111,6 +122,4 @@ class PeriodicOrbit(ABC):
         """The nearest approach to the singularity of a rotation sequence; None if there is no sequence."""
         if not self.model.system.rotation_sequences:
             return None
-        phases = 2 * np.pi / _SAMPLES * np.arange(_SAMPLES)
-        moved, still = self.motion_at(phases), np.zeros((self.model.size, _SAMPLES))
-        return self.model.nearest_singularity(np.concatenate([moved, still, self.inputs_at(phases)]))
+        return self.model.nearest_singularity(self.sampled_motion(_SAMPLES))

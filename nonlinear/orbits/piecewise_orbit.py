@@ -38,6 +38,10 @@ _BEYOND = 3
 """An output, no polynomial itself, is interpolated at so many more places than accelerations have points."""
 
 
+_AT_REST = 1e-9
+"""Largest rate of what does not move (m/s or rad/s)."""
+
+
 @dataclass(frozen=True, eq=False)
 class PiecewiseOrbit(PeriodicOrbit):
     """Accelerations that are polynomials between boundaries; rates and coordinates are their integrals.
@@ -78,6 +82,22 @@ class PiecewiseOrbit(PeriodicOrbit):
     def durations_s(self) -> Array:
         """Length of every piece in time (s)."""
         return np.diff(self.boundaries) / self.angular_frequency
+
+    @property
+    def largest_rate(self) -> float:
+        """Of all coordinates (m/s or rad/s), not less than rounding may make of a motion at rest."""
+        return max(float(np.abs(self.starts[:, self.model.size :]).max()), _AT_REST)
+
+    @property
+    def jumps(self) -> Array:
+        """By how much the end of every piece misses the start of the next, shape (pieces, 2 n)."""
+        n, durations = self.model.size, self.durations_s
+        ends = (
+            self.starts
+            + gauss_points(self.points).moved_by_end(self.accelerations[..., None], durations)[..., 0]
+        )
+        ends[:, :n] += durations[:, None] * self.starts[:, n:]
+        return np.asarray(ends - np.roll(self.starts, -1, axis=0))
 
     def phases_of(self, places: Places) -> Array:
         """Phases of places in every piece, shape (pieces, places)."""
@@ -159,16 +179,12 @@ class PiecewiseOrbit(PeriodicOrbit):
         moved = self._sampled.copy()
         moved[:n] += (duration**2 * (change @ twice.T)).reshape(n, -1)
         moved[n : 2 * n] += (duration * (change @ once.T)).reshape(n, -1)
-        moved[2 * n : 3 * n] = self.model.accelerations(moved)
-        return self._extremes(rows, moved)
+        return self._extremes(rows, self._accelerated(moved))
 
     @cached_property
     def _sampled(self) -> Array:
         """Arguments at Lobatto places, accelerations those that the equations of motion ask for."""
-        n = self.model.size
-        arguments = self.arguments_in_pieces(lobatto_places(self.points + _BEYOND))
-        arguments[2 * n : 3 * n] = self.model.accelerations(arguments)
-        return arguments
+        return self._accelerated(self.arguments_in_pieces(lobatto_places(self.points + _BEYOND)))
 
     def values_in_pieces(self, function: Callable[[Array], Array]) -> Array:
         """Results of a function of the equations' arguments at Lobatto places, (results, pieces, places)."""

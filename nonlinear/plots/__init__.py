@@ -12,7 +12,6 @@ from chassym.nonlinear.plots.measurements import (
     readable_unit,
 )
 from chassym.nonlinear.plots.orbits import (
-    knot_passings,
     plot_branch,
     plot_harmonics,
     plot_multipliers,
@@ -22,7 +21,6 @@ from chassym.nonlinear.plots.orbits import (
 )
 
 __all__ = [
-    "knot_passings",
     "mark_frequencies",
     "mark_nominal",
     "plot_branch",

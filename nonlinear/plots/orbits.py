@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from chassym.nonlinear.continuation.branch import Branch, amplitudes, output_row
 from chassym.nonlinear.continuation.stepped_sine import UPWARD, Run, SteppedResponse
+from chassym.nonlinear.orbits.knots import knot_phases
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 from chassym.nonlinear.plots.measurements import COLORS, finish, readable_unit
 
@@ -61,7 +62,7 @@ def plot_orbit(axes: Axes, orbit: PeriodicOrbit, output: str, *, label: str | No
     values = factor * orbit.outputs_at(phases)[row]
     axes.plot(time_ms, values, color=COLORS[series % len(COLORS)], label=label or _words(output))
     if not series:
-        at = time_ms[-1] / (2 * np.pi) * knot_passings(orbit)
+        at = time_ms[-1] / (2 * np.pi) * knot_phases(orbit)
         axes.plot(
             at,
             np.full(len(at), 0.02),
@@ -76,27 +77,6 @@ def plot_orbit(axes: Axes, orbit: PeriodicOrbit, output: str, *, label: str | No
     axes.set_ylabel(f"{_words(output) if not series else ''}\n({unit})".strip())
     finish(axes)
     return axes
-
-
-def knot_passings(orbit: PeriodicOrbit) -> Array:
-    """Phases (rad) at which the motion passes knots of tables, by interpolation between samples, ascending.
-
-    Examples
-    --------
-    >>> from chassym.derivation import load_model
-    >>> from chassym.nonlinear import Harmonic, steady_state
-    >>> orbit = steady_state(load_model("quarter_car"), Harmonic(1.5, {"road": 0.001})).orbit
-    >>> len(knot_passings(orbit))
-    2
-    """
-    distance = orbit.model.knot_distances
-    if not len(distance.rows):
-        return np.empty(0)
-    phases = np.linspace(0, 2 * np.pi, _SAMPLES + 1)
-    far = distance(orbit.arguments_at(phases))
-    knot, before = np.nonzero(far[:, :-1] * far[:, 1:] < 0)
-    first, last = far[knot, before], far[knot, before + 1]
-    return np.sort(phases[before] + first / (first - last) * phases[1])
 
 
 def plot_harmonics(axes: Axes, orbit: PeriodicOrbit, output: str, harmonics: int = 20) -> Axes:

@@ -8,10 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chassym.derivation import Model, load_model
-from chassym.nonlinear import FourierOrbit, Harmonic, steady_state
+from chassym.nonlinear import FourierOrbit, Harmonic, rig, steady_state
 from chassym.nonlinear.collocation.collocation import Linearisation, in_pieces
-from chassym.nonlinear.collocation.mesh import FULL_TURN, cut, fastest_rate, first_boundaries, knot_phases
+from chassym.nonlinear.collocation.mesh import FULL_TURN, cut, fastest_rate, first_boundaries
+from chassym.nonlinear.harmonics.fourier import coefficients
 from chassym.nonlinear.orbits.gauss_points import gauss_points
+from chassym.nonlinear.orbits.knots import knot_phases
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
 
@@ -80,6 +82,17 @@ def test_a_settled_mesh_has_its_boundaries_on_the_knots(orbit: PiecewiseOrbit) -
     for knot in knots:
         assert np.abs(np.mod(orbit.boundaries, FULL_TURN) - knot).min() < 1e-7
     assert np.sort(np.abs(distances).min(axis=0))[len(knots) - 1] < 1e-6
+
+
+def test_a_series_passes_knots_where_its_pieces_do(sedan: Model) -> None:
+    """Between samples they are interpolated: an error of the square of the spacing."""
+    exact = steady_state(sedan, rig.vertical(), tolerance=1e-7).orbit
+    motion = exact.motion_at(FULL_TURN / 4096 * np.arange(4096))[: sedan.size]
+    series = FourierOrbit(sedan, exact.excitation, coefficients(motion, 512))
+    passed = knot_phases(series)
+    assert len(passed) > 20
+    distance = np.abs(np.exp(1j * passed)[:, None] - np.exp(1j * exact.boundaries)).min(axis=1)
+    assert distance.max() < (FULL_TURN / 512) ** 2
 
 
 def test_passings_at_the_same_instant_are_one(quarter_car: Model) -> None:

@@ -12,14 +12,12 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 
 from chassym.derivation import Model
-from chassym.nonlinear import Harmonic, SteadyState, rig, steady_state
+from chassym.nonlinear import Harmonic, SteadyState, steady_state
 from chassym.nonlinear.continuation.branch import Branch
 from chassym.nonlinear.continuation.continuation import follow
 from chassym.nonlinear.continuation.paths import FrequencyPath
 from chassym.nonlinear.continuation.stepped_sine import SteppedResponse, stepped_sine
-from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 from chassym.nonlinear.plots import (
-    knot_passings,
     plot_branch,
     plot_harmonics,
     plot_multipliers,
@@ -82,15 +80,6 @@ def test_ticks_are_where_the_damper_passes_its_knots(axes: Axes, state: SteadySt
     travel, ticks = axes.lines[:2]
     turns = travel.get_xdata()[[np.argmin(travel.get_ydata()), np.argmax(travel.get_ydata())]]
     np.testing.assert_allclose(ticks.get_xdata(), np.sort(turns), atol=500 / 1440)
-
-
-def test_knots_are_passed_where_the_refined_orbit_is_cut(sedan: Model) -> None:
-    orbit = steady_state(sedan, rig.vertical(), tolerance=1e-5).orbit
-    assert isinstance(orbit, PiecewiseOrbit)
-    passed = knot_passings(orbit)
-    assert len(passed) > 20
-    distance = np.abs(np.exp(1j * passed)[:, None] - np.exp(1j * orbit.boundaries)).min(axis=1)
-    assert distance.max() < 1e-3
 
 
 def test_several_outputs_have_colours_and_one_row_of_ticks(axes: Axes, state: SteadyState) -> None:

@@ -1,6 +1,7 @@
 """Refinement of an orbit: what it does to a rough one, what it refuses, and whether stated errors hold."""
 
 from collections.abc import Mapping
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -20,15 +21,21 @@ def guessed(model: Model, excitation: Harmonic, harmonics: int = 5):
 
 
 def test_every_step_has_a_point_more_and_corrections_shrink(sedan: Model) -> None:
-    found = []
-    for refined in refinements(guessed(sedan, rig.vertical()), rough=0.1):
-        found.append(refined)
-        if len(found) == 5:
-            break
-    assert [each.orbit.points for each in found] == list(range(FEWEST_POINTS, FEWEST_POINTS + 5))
+    found = list(islice(refinements(guessed(sedan, rig.vertical()), rough=0.1), 4))
+    assert [each.orbit.points for each in found] == [FEWEST_POINTS + more for more in (1, 2, 3, 4)]
     corrections = [each.correction for each in found]
     assert corrections[2] < 1e-3 * corrections[0]
-    assert corrections[4] < 1e-8
+    assert corrections[3] < 1e-7
+
+
+def test_jumps_between_pieces_shrink_with_the_error(sedan: Model) -> None:
+    """They are what the motion lacks to be an orbit, so they tell how far off it is."""
+    found = [each.orbit for each in islice(refinements(guessed(sedan, rig.vertical()), rough=0.1), 4)]
+    exact = found.pop().motion_at(np.linspace(0, 6, 50))
+    jumps = [np.abs(orbit.jumps).max() for orbit in found]
+    errors = [np.abs(orbit.motion_at(np.linspace(0, 6, 50)) - exact).max() for orbit in found]
+    assert jumps[2] < 1e-3 * jumps[0]
+    assert 0.1 < np.median(np.array(errors) / jumps) < 10
 
 
 def test_the_guess_does_not_matter(sedan: Model) -> None:
@@ -45,7 +52,7 @@ def test_rough_pieces_are_halved_until_they_are_smooth(sedan: Model) -> None:
     ends = []
     for rough in (1.0, 1e-5):
         for refined in refinements(guessed(sedan, rig.vertical()), rough):
-            if refined.orbit.points == 7:
+            if refined.orbit.points == 8:
                 ends.append(refined.orbit)
                 break
     coarse, fine = ends
