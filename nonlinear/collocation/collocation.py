@@ -116,7 +116,8 @@ class Linearisation:
             deviations = self._chain.solution()
         except np.linalg.LinAlgError:
             raise NoPeriodicOrbitError(
-                "collocation: nothing brings a deviation back; give every coordinate some stiffness"
+                f"at {self._orbit.excitation.frequency_hz:g} Hz nothing brings a deviation back; give every "
+                "coordinate some stiffness, and its resonance some damping"
             ) from None
         deviations = np.concatenate([deviations, np.ones((len(deviations), 1))], axis=1)
         change = (self._solved @ deviations[:, :, None])[:, :, 0]

@@ -66,14 +66,19 @@ def _between_places(orbit: PiecewiseOrbit) -> Array:
     start, end = places.values[interval], places.values[interval + 1]
     first, last = looked[knot, piece, interval], looked[knot, piece, interval + 1]
     for _ in range(_STEPS):
-        place = start - first * (end - start) / (last - first)
+        place = _zero_of_line(start, end, first, last)
         left = legendre.legval(2 * place - 1, series, tensor=False)
         before_knot = left * first > 0
         start, first = np.where(before_knot, place, start), np.where(before_knot, left, first)
         end, last = np.where(before_knot, end, place), np.where(before_knot, last, left)
-    place = start - first * (end - start) / np.where(last == first, 1.0, last - first)
+    place = _zero_of_line(start, end, first, last)
     inside = orbit.boundaries[piece] + place * np.diff(orbit.boundaries)[piece]
     return _apart(np.concatenate([inside, orbit.boundaries[meeting + 1]]))
+
+
+def _zero_of_line(start: Array, end: Array, first: Array, last: Array) -> Array:
+    """Where a line is zero that has two values at two places; the first place if both are zero already."""
+    return np.asarray(start - first * (end - start) / np.where(last == first, 1.0, last - first))
 
 
 def _apart(phases: Array) -> Array:

@@ -10,7 +10,6 @@ from itertools import count
 import numpy as np
 
 from chassym.derivation import Model
-from chassym.nonlinear.collocation.floquet import multipliers
 from chassym.nonlinear.collocation.refinement import refinements
 from chassym.nonlinear.continuation.continuation import first_orbit
 from chassym.nonlinear.errors import NoPeriodicOrbitError
@@ -55,9 +54,6 @@ _ROUGH = 10.0
 
 _INSIDE, _BETWEEN = 10.0, 1.0
 """Factors of the two parts of the error, in the order in which `steady_state` names them."""
-
-_UNCHANGED = 1e-8
-"""Difference of a Floquet multiplier from one below which a deviation comes back unchanged."""
 
 _LEAST = 0.03
 """Part of the error of the middle metric that every metric is taken to have at least."""
@@ -205,11 +201,6 @@ def _refined(guess: PeriodicOrbit, reader: Reader, tolerance: float) -> SteadySt
             unknowns = found.orbit.accelerations.size + found.orbit.starts.size
             statistics = Statistics("collocation", unknowns, found.iterations, found.correction)
             return SteadyState(found.orbit, peaks, contact, statistics)
-    if np.abs(multipliers(found.orbit) - 1).min() < _UNCHANGED:
-        raise NoPeriodicOrbitError(
-            f"at {found.orbit.excitation.frequency_hz:g} Hz nothing brings a deviation back; give every "
-            "coordinate some stiffness, and its resonance some damping"
-        )
     how = f"with {found.orbit.points} points in each of {len(found.orbit.starts)} pieces"
     raise reader.unsettled(reading, error, how, tolerance)
 
