@@ -17,12 +17,12 @@ from chassym.nonlinear.orbits.knots import knot_phases
 from chassym.nonlinear.orbits.piecewise_orbit import PiecewiseOrbit
 
 
-def waving(car: Model, pieces: int, points: int) -> PiecewiseOrbit:
+def waving(car: Model, pieces: int, points: int, start: float = 0.3) -> PiecewiseOrbit:
     """The wheel alone moves as a cosine, its velocity -0.4 m/s sin(phase); the damper's knots are at 0, -0.15
     and 0.1 m/s.
     """
     excitation = Harmonic(2.0, {})
-    boundaries = np.linspace(0.3, 0.3 + FULL_TURN, pieces + 1)
+    boundaries = np.linspace(start, start + FULL_TURN, pieces + 1)
     phases = boundaries[:-1, None] + FULL_TURN / pieces * gauss_points(points).places.values
     starts, accelerations = np.zeros((pieces, 4)), np.zeros((pieces, points, 2))
     starts[:, 1] = 0.4 / excitation.angular_frequency * np.cos(boundaries[:-1])
@@ -93,6 +93,16 @@ def test_a_series_passes_knots_where_its_pieces_do(sedan: Model) -> None:
     assert len(passed) > 20
     distance = np.abs(np.exp(1j * passed)[:, None] - np.exp(1j * exact.boundaries)).min(axis=1)
     assert distance.max() < (FULL_TURN / 512) ** 2
+
+
+def test_a_knot_that_is_passed_where_two_pieces_meet_is_found(quarter_car: Model) -> None:
+    """The damper's knot at rest lies between the rates with which one piece ends and the next begins."""
+    orbit = waving(quarter_car, 12, 8, start=0.0)
+    away = 1e-9 * np.where(np.arange(12) < 6, -1.0, 1.0)
+    found = knot_phases(replace(orbit, starts=orbit.starts + np.outer(away, [0, 0, 0, 1])))
+    assert len(found) == 6
+    for meeting in (0.0, np.pi):
+        assert np.abs(np.exp(1j * found) - np.exp(1j * meeting)).min() < 1e-12
 
 
 def test_passings_at_the_same_instant_are_one(quarter_car: Model) -> None:
