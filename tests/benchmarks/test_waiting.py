@@ -106,14 +106,15 @@ class Wait:
         for row in self._rows:
             highest, lowest = everywhere[found[row].argmax()], everywhere[found[row].argmin()]
             extent.append(outputs(highest + beside)[row].max() - outputs(lowest + beside)[row].min())
-        return self._worst(np.array(extent))
+        return self.worst(np.array(extent))
 
     def error_at_steps(self, states: Array) -> float:
         """The same of values that are looked at in the steps alone."""
         places = np.arange(states.shape[1]) / states.shape[1]
-        return self._worst(np.ptp(self.model.outputs(self._arguments(places, states))[self._rows], axis=1))
+        return self.worst(np.ptp(self.model.outputs(self._arguments(places, states))[self._rows], axis=1))
 
-    def _worst(self, peaks: Array) -> float:
+    def worst(self, peaks: Array) -> float:
+        """Relative error of peak-to-peak values in the order of those expected."""
         return float(np.abs(peaks / list(self.expected.values()) - 1).max())
 
     @property
@@ -238,13 +239,14 @@ def test_one_steady_state_beside_waiting_for_it(
     wait = Wait(sedan, excitation, tolerance)
 
     solved, found = best_s(lambda: steady_state(sedan, excitation, metrics=METRICS, tolerance=tolerance), 30)
+    reached = wait.worst(np.array([found.peak_to_peak[name].value for name in wait.expected]))
     judged, _ = best_s(
         lambda: steady_state(sedan, excitation, metrics=METRICS, tolerance=tolerance).is_stable, 15
     )
     lines = [
         f"{name} at {tolerance:g}: steady state {solved * 1e3:.1f} ms ({found.statistics.unknowns} unknowns, "
-        f"{found.statistics.iterations} steps), with stability {judged * 1e3:.1f} ms; waiting for "
-        f"{wait.periods} periods:",
+        f"{found.statistics.iterations} steps, worst error {reached:.0e}), with stability "
+        f"{judged * 1e3:.1f} ms; waiting for {wait.periods} periods:",
     ]
 
     def add(who: str, how: str, action: Callable[[], object], repeats: int) -> float:

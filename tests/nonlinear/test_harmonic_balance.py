@@ -129,9 +129,12 @@ def test_large_pendulum_swings_agree_with_integration(swing: Model) -> None:
     assert found.peak_to_peak["acceleration"].value == pytest.approx(expected, rel=1e-6)
 
 
-def test_jacobian_is_the_derivative_of_the_residual(sedan: Model) -> None:
+@pytest.mark.parametrize("tumbling", [0.0, 0.2])
+def test_jacobian_is_the_derivative_of_the_residual(sedan: Model, tumbling: float) -> None:
+    """Near the motion of a test, and where angles are so large that inertia changes on the way."""
     generator = np.random.default_rng(5)
     orbit = newton(at_rest(sedan, rig.lateral(), 4), 1e-6).orbit
+    orbit = replace(orbit, coefficients=orbit.coefficients + tumbling * generator.normal(size=(sedan.size, 5)))
     # A smooth orbit's samples may sit near a knot; a small step does not pass one.
     direction = 1e-3 * generator.normal(size=orbit.coefficients.shape) + 0j
     direction[:, 1:] += 1e-3j * generator.normal(size=direction[:, 1:].shape)
