@@ -134,7 +134,8 @@ def test_jacobian_is_the_derivative_of_the_residual(sedan: Model, tumbling: floa
     """Near the motion of a test, and where angles are so large that inertia changes on the way."""
     generator = np.random.default_rng(5)
     orbit = newton(at_rest(sedan, rig.lateral(), 4), 1e-6).orbit
-    orbit = replace(orbit, coefficients=orbit.coefficients + tumbling * generator.normal(size=(sedan.size, 5)))
+    away = tumbling * generator.normal(size=orbit.coefficients.shape)
+    orbit = replace(orbit, coefficients=orbit.coefficients + away)
     # A smooth orbit's samples may sit near a knot; a small step does not pass one.
     direction = 1e-3 * generator.normal(size=orbit.coefficients.shape) + 0j
     direction[:, 1:] += 1e-3j * generator.normal(size=direction[:, 1:].shape)

@@ -12,7 +12,7 @@ PIECES, POINTS = 12, 10
 
 
 def test_of_peaks_too_alike_to_tell_at_places_the_higher_is_found(quarter_car: Model) -> None:
-    """The wheel moves as cos 2x - c cos x: at x = pi it is higher by 2 c than at 0, but looked at beside it."""
+    """The wheel moves as cos 2x - c cos x, at x = pi higher by 2 c than at 0, where a place is at the top."""
     higher, excitation = 1e-5, Harmonic(1.0, {})
     boundaries = 2 * np.pi * (np.arange(PIECES + 1) - 0.5) / PIECES
     boundaries[4:9] += np.pi / PIECES / 32  # places are then half their spacing from pi, but met 0
