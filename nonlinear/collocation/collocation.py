@@ -29,6 +29,10 @@ _TOGETHER = 40000
 """Numbers in the matrices of the pieces that are solved together: few enough to stay in the caches."""
 
 
+_ALIKE = 0.5
+"""Part of a piece by which its start may have moved for the piece to be taken for the same."""
+
+
 class Linearisation:
     """The collocation equations of an orbit, linearised about it and condensed to its boundaries.
 
@@ -104,6 +108,30 @@ class Linearisation:
         """The map of small deviations from the first boundary over one orbit, shape (2 n, 2 n)."""
         return self._chain.product
 
+    def deviations(self, other: PiecewiseOrbit) -> Array | None:
+        """By how much the starts of another orbit are off, as its jumps tell by the maps of this one.
+
+        Parameters
+        ----------
+        other
+            One whose pieces are those of this one or parts of them, moved by less than half of their lengths.
+
+        Returns
+        -------
+        numpy.ndarray or None
+            Shape (pieces, 2 n). None if it is cut in another way: the maps are not its own then.
+        """
+        here, there = (np.exp(1j * each.boundaries[:-1]) for each in (self._orbit, other))
+        apart = np.abs(here[:, None] - there)
+        begins = apart.argmin(axis=1)
+        if np.any(apart.min(axis=1) > _ALIKE * np.diff(other.boundaries)[begins]):
+            return None
+        order = begins.argsort()
+        owner = np.searchsorted(begins[order], np.arange(len(there)), side="right") - 1
+        gaps = np.zeros_like(self._orbit.starts)
+        np.add.at(gaps, owner, other.jumps)
+        return self._solution(CyclicChain(self._maps[order], gaps))[owner]
+
     def corrected(self) -> PiecewiseOrbit:
         """The orbit after one step of Newton's method.
 
@@ -112,13 +140,7 @@ class Linearisation:
         NoPeriodicOrbitError
             If a small deviation comes back unchanged, so the orbit is not unique.
         """
-        try:
-            deviations = self._chain.solution()
-        except np.linalg.LinAlgError:
-            raise NoPeriodicOrbitError(
-                f"at {self._orbit.excitation.frequency_hz:g} Hz nothing brings a deviation back; give every "
-                "coordinate some stiffness, and its resonance some damping"
-            ) from None
+        deviations = self._solution(self._chain)
         deviations = np.concatenate([deviations, np.ones((len(deviations), 1))], axis=1)
         change = (self._solved @ deviations[:, :, None])[:, :, 0]
         orbit = self._orbit
@@ -127,6 +149,22 @@ class Linearisation:
             starts=orbit.starts + deviations[:, :-1],
             accelerations=orbit.accelerations - change.reshape(orbit.accelerations.shape),
         )
+
+    def _solution(self, chain: CyclicChain) -> Array:
+        """Deviations of the starts that close a chain.
+
+        Raises
+        ------
+        NoPeriodicOrbitError
+            If a small deviation comes back unchanged, so the orbit is not unique.
+        """
+        try:
+            return chain.solution()
+        except np.linalg.LinAlgError:
+            raise NoPeriodicOrbitError(
+                f"at {self._orbit.excitation.frequency_hz:g} Hz nothing brings a deviation back; give every "
+                "coordinate some stiffness, and its resonance some damping"
+            ) from None
 
 
 def _derivatives(model: Model, arguments: Array) -> Array:

@@ -31,6 +31,12 @@ _NEAR = 0.1
 _MOST_PIECES = 4000
 """Pieces beyond which a motion is too rough to be followed."""
 
+_ROUNDING = 1e-10
+"""Accelerations (m/s^2 or rad/s^2) that rounding makes of a motion at rest."""
+
+_MOST_PARTS = 4.0
+"""Parts that a piece is cut in at once at most."""
+
 _SMALL = 1e-3
 """Part of the largest acceleration below which that of a coordinate does not count by itself."""
 
@@ -47,11 +53,15 @@ class Refined:
         Largest correction of its rates by that step, relative to the rates.
     iterations
         Steps so far.
+    deviations
+        By how much its starts are expected to be off still, shape (pieces, 2 n). None where the step has
+        changed which knots are passed, or the pieces between: nothing can be said then.
     """
 
     orbit: PiecewiseOrbit
     correction: float
     iterations: int
+    deviations: Array | None
 
 
 def refinements(guess: PeriodicOrbit, rough: float) -> Iterator[Refined]:
@@ -72,49 +82,49 @@ def refinements(guess: PeriodicOrbit, rough: float) -> Iterator[Refined]:
     NoPeriodicOrbitError
         If Newton's method does not come near an orbit, or the motion is too rough.
     """
-    equal = first_boundaries(guess)
-    boundaries = cut(knot_phases(guess), equal, np.ones(len(equal) - 1))
-    orbit = in_pieces(guess, boundaries, FEWEST_POINTS)
+    knots, equal = knot_phases(guess), first_boundaries(guess)
+    orbit = in_pieces(guess, cut(knots, equal, np.ones(len(equal) - 1)), FEWEST_POINTS)
     points, iterations, is_near = FEWEST_POINTS, 0, False
     while points < MOST_POINTS:
-        orbit, correction = _stepped(orbit)
+        linear = Linearisation(orbit)
+        orbit, correction = _stepped(orbit, linear.corrected())
         iterations += 1
         is_near = is_near or correction < _NEAR
-        if is_near:
-            points += 1
-            orbit = _cut_again(orbit, points, rough)
-            yield Refined(orbit, correction, iterations)
-        elif iterations == _MOST_STEPS or not np.isfinite(correction):
+        if not is_near and (iterations == _MOST_STEPS or not np.isfinite(correction)):
             raise NoPeriodicOrbitError(
                 f"collocation at {guess.excitation.frequency_hz:g} Hz: correction {iterations} is still "
                 f"{correction:.2g} of the motion; start from a smaller amplitude"
             )
-        else:
-            orbit = _cut_again(orbit, points, np.inf)
+        points += is_near
+        passed, knots = len(knots), knot_phases(orbit)
+        orbit = _cut_again(orbit, knots, points, rough if is_near else np.inf)
+        if is_near:
+            deviations = linear.deviations(orbit) if len(knots) == passed else None
+            yield Refined(orbit, correction, iterations, deviations)
 
 
-def _cut_again(orbit: PiecewiseOrbit, points: int, rough: float) -> PiecewiseOrbit:
-    """The orbit cut where it passes knots now, rough pieces halved."""
-    wanted = np.where(_roughness(orbit) > rough, 2.0, 1.0)
+def _cut_again(orbit: PiecewiseOrbit, knots: Array, points: int, rough: float) -> PiecewiseOrbit:
+    """The orbit cut where it passes knots now, rough pieces in parts."""
+    parts = np.ceil((_roughness(orbit) / rough) ** (1 / (orbit.points - 1)))
+    wanted = np.clip(parts, 1.0, _MOST_PARTS)
     if wanted.sum() > _MOST_PIECES:
         raise NoPeriodicOrbitError(
             f"collocation at {orbit.excitation.frequency_hz:g} Hz: more than {_MOST_PIECES} pieces do not "
             "resolve the motion; ask for less accuracy or a smaller amplitude"
         )
-    return in_pieces(orbit, cut(knot_phases(orbit), orbit.boundaries, wanted), points)
+    return in_pieces(orbit, cut(knots, orbit.boundaries, wanted), points)
 
 
 def _roughness(orbit: PiecewiseOrbit) -> Array:
     """Part of the highest polynomial in the accelerations of every piece, of the worst coordinate."""
     highest = np.abs(orbit.highest_coefficient @ orbit.accelerations)
     largest = np.abs(orbit.accelerations).max(axis=(0, 1))
-    return np.asarray((highest / np.maximum(largest, _SMALL * largest.max() + 1e-12)).max(axis=1))
+    return np.asarray((highest / np.maximum(largest, _SMALL * largest.max() + _ROUNDING)).max(axis=1))
 
 
-def _stepped(orbit: PiecewiseOrbit) -> tuple[PiecewiseOrbit, float]:
-    """One step of Newton's method, shortened if it is long, and its relative correction of the rates."""
+def _stepped(orbit: PiecewiseOrbit, found: PiecewiseOrbit) -> tuple[PiecewiseOrbit, float]:
+    """A step of Newton's method, shortened if it is long, and its relative correction of the rates."""
     n = orbit.model.size
-    found = Linearisation(orbit).corrected()
     change = found.starts - orbit.starts
     correction = float(np.abs(change[:, n:]).max() / orbit.largest_rate)
     if correction > _LONGEST_STEP:

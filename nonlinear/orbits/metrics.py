@@ -71,9 +71,9 @@ class Reader:
         """Peak-to-peak values, then smallest patch forces."""
         return self._values(*orbit.extremes(self._rows))
 
-    def read_iterated(self, orbit: PiecewiseOrbit) -> Array:
-        """The same of the orbit after an iteration of Picard's."""
-        return self._values(*orbit.iterated_extremes(self._rows))
+    def read_iterated(self, orbit: PiecewiseOrbit, deviations: Array) -> Array:
+        """The same of the orbit after an iteration of Picard's from starts that deviate."""
+        return self._values(*orbit.iterated_extremes(self._rows, deviations))
 
     def _values(self, low: Array, high: Array) -> Array:
         return np.concatenate([(high - low)[: self._peaks], low[self._peaks :]])

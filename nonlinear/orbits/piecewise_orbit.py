@@ -164,11 +164,16 @@ class PiecewiseOrbit(PeriodicOrbit):
         """
         return self._extremes(rows, self._sampled)
 
-    def iterated_extremes(self, rows: list[int]) -> tuple[Array, Array]:
+    def iterated_extremes(self, rows: list[int], deviations: Array) -> tuple[Array, Array]:
         """The extremes of the motion after an iteration of Picard's, which tells how far off they are.
 
         The accelerations that the equations of motion ask for between the points take the place of the
         polynomials', and are integrated in every piece from its start.
+
+        Parameters
+        ----------
+        deviations
+            What the starts lack, shape (pieces, 2 n).
         """
         n, count = self.model.size, self.points + _BEYOND
         places = lobatto_places(count)
@@ -176,9 +181,11 @@ class PiecewiseOrbit(PeriodicOrbit):
         change = self._sampled[2 * n : 3 * n].reshape(polynomials.shape) - polynomials
         once, twice = lobatto_integrals(count)
         duration = self.durations_s[:, None]
+        away, drift = deviations.T[:n, :, None], deviations.T[n:, :, None]
         moved = self._sampled.copy()
-        moved[:n] += (duration**2 * (change @ twice.T)).reshape(n, -1)
-        moved[n : 2 * n] += (duration * (change @ once.T)).reshape(n, -1)
+        drifted = away + duration * places.values * drift
+        moved[:n] += (drifted + duration**2 * (change @ twice.T)).reshape(n, -1)
+        moved[n : 2 * n] += (drift + duration * (change @ once.T)).reshape(n, -1)
         return self._extremes(rows, self._accelerated(moved))
 
     @cached_property

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from chassym.derivation.kinks import Kink
+from chassym.nonlinear.dips import possible_dips
 from chassym.nonlinear.simulation.held_motion import HeldMotion, TimeStep
 
 Array = np.ndarray
@@ -72,8 +73,6 @@ class Crossings:
         distances = self._motion.model.knot_distances(step.arguments)
         self._largest = np.maximum(self._largest, np.abs(distances).max(axis=1))
         inside = self._inside(distances)
-        if inside.min() >= 0 and not _may_dip(inside).any():
-            return None
         brackets = [*self._ends(step, inside), *self._dips(step, inside)]
         passed = [(self._instant(step, knot, *bracket), knot) for knot, *bracket in brackets]
         if not passed:
@@ -108,13 +107,11 @@ class Crossings:
 
     def _dips(self, step: TimeStep, inside: Array) -> Iterator[tuple[int, float, float]]:
         """Knot and bracket of every passing and passing back between samples."""
-        knots, places = np.nonzero(_may_dip(inside))
-        for knot, place in zip(knots, places, strict=True):
-            before, here, after = inside[knot, place : place + 3]
-            shift = 0.5 * (before - after) / (before - 2 * here + after)
-            start, middle = step.times_s[place : place + 2]
-            lowest = float(middle + shift * (middle - start))
-            if self._beyond(step, int(knot), lowest) < 0:
+        spacing = step.times_s[1] - step.times_s[0]
+        for knot, place, _ in zip(*possible_dips(inside), strict=True):
+            lowest = float(step.times_s[0] + spacing * place)
+            start = float(step.times_s[max(0, int(place) - 1)])
+            if self._beyond(step, int(knot), start) >= 0 > self._beyond(step, int(knot), lowest):
                 yield int(knot), start, lowest
 
     def _beyond(self, step: TimeStep, knot: int, time_s: float) -> float:
@@ -124,13 +121,6 @@ class Crossings:
     def _instant(self, step: TimeStep, knot: int, start_s: float, end_s: float) -> float:
         """When a knot is passed between an instant on the side held and one beyond it."""
         return float(brentq(lambda t: self._beyond(step, knot, t), start_s, end_s, xtol=1e-14, rtol=1e-15))
-
-
-def _may_dip(inside: Array) -> Array:
-    """Samples but the first and last at which a parabola through it and its neighbours dips below zero."""
-    before, here, after = inside[:, :-2], inside[:, 1:-1], inside[:, 2:]
-    is_lowest = (here >= 0) & (here <= before) & (here <= after) & (before + after > 2 * here)
-    return np.asarray(is_lowest & ((before - after) ** 2 > 8 * here * (before - 2 * here + after)))
 
 
 def _event(kink: int, sign: float) -> str:
