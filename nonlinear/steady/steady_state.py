@@ -57,7 +57,7 @@ _SMOOTHER = np.array([1.0, 1e-2])
 _CERTAINTY = 20.0
 """By how much the error stated exceeds what a metric is expected to miss."""
 
-_LEAST = 0.1
+_LEAST = 0.2
 """Part of the error of the middle metric that every metric is taken to have at least."""
 
 
