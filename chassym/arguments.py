@@ -24,6 +24,9 @@ CONVENTIONS = ("displacements_and_rates", "rates", "accelerations", "displacemen
 MOST_POINTS = 10_000
 """Most frequencies that are asked for at once."""
 
+_MOST_DIGITS = 640
+"""Of a whole number: those that Python reads however low its own limit is set."""
+
 
 class ArgumentError(ValueError):
     """An argument that cannot be accepted; the message tells what was received and what would be accepted."""
@@ -69,14 +72,14 @@ def changes(assignments: Sequence[str]) -> dict[str, str]:
 
 
 def whole(name: str, text: str) -> int:
-    """A whole number.
+    """A whole number of either sign; what is too small or too large is for the caller to say.
 
     Raises
     ------
     ArgumentError
         If it is none.
     """
-    if not re.fullmatch(r"\d{1,6}", text, re.ASCII):
+    if not re.fullmatch(rf"-?\d{{1,{_MOST_DIGITS}}}", text, re.ASCII):
         raise ArgumentError(name, repr(text), "a whole number")
     return int(text)
 

@@ -151,23 +151,39 @@ def _axis(model: Model, text: str) -> tuple[str, np.ndarray]:
     spaced, listed = _SPACED.fullmatch(given), _LISTED.fullmatch(given)
     if spaced:
         low, high = (_si(model, name, "--vary", number, spaced[5]) for number in spaced.group(1, 2))
-        count = _check_count(int(spaced[3]))
+        count = _check_count(arguments.whole("--vary", spaced[3]))
+        _check_frequencies("--vary", text, (low, high))
         if spaced[4] and not (low > 0 and high > 0):
             raise ArgumentError("--vary", repr(text), "ends above zero for log")
         return name, np.geomspace(low, high, count) if spaced[4] else np.linspace(low, high, count)
     if listed:
-        return name, np.array([_si(model, name, "--vary", each, listed[2]) for each in listed[1].split(",")])
+        values = [_si(model, name, "--vary", each, listed[2]) for each in listed[1].split(",")]
+        _check_frequencies("--vary", text, values)
+        return name, np.array(values)
     expected = "NAME=from:to:count or NAME=a,b,c, with a unit after it or in SI, and log after the count"
     raise ArgumentError("--vary", repr(text), expected)
 
 
 def _range(model: Model, text: str) -> tuple[str, tuple[float, float], bool]:
+    """Name and ends of ``NAME=lowest:highest unit``, and whether its logarithm is spread evenly."""
     name, given = _assignment("--range", text)
     match = _RANGE.fullmatch(given)
     if not match:
         raise ArgumentError("--range", repr(text), "NAME=lowest:highest, with a unit after it or in SI")
     low, high = (_si(model, name, "--range", number, match[4]) for number in match.group(1, 2))
+    if not low < high:
+        raise ArgumentError("--range", repr(text), "two increasing numbers")
+    _check_frequencies("--range", text, (low, high))
+    if match[3] and low <= 0:
+        raise ArgumentError("--range", repr(text), "ends above zero for log")
     return name, (low, high), bool(match[3])
+
+
+def _check_frequencies(option: str, text: str, values: Sequence[float]) -> None:
+    """Refuse frequencies of the excitation at which nothing moves, before each becomes a point that fails."""
+    names = text.partition("=")[0].split("+")
+    if "frequency_hz" in map(str.strip, names) and min(values) <= 0:
+        raise ArgumentError(option, repr(text), "frequencies above zero")
 
 
 def _si(model: Model, name: str, option: str, number: str, unit: str) -> float:
@@ -203,11 +219,14 @@ def _once(option: str, texts: Sequence[str]) -> Sequence[str]:
 
 
 def _share(text: str) -> float:
-    """A part of 1 from text such as ``25%`` or ``0.25``."""
+    """A part of 1, neither none nor all of it, from text such as ``25%`` or ``0.25``."""
     number = text.strip().removesuffix("%")
     if not re.fullmatch(rf"\s*{_NUMBER}\s*", number):
         raise ArgumentError("--one-at-a-time", repr(text), "a share such as 25%")
-    return float(number) / (100 if "%" in text else 1)
+    share = float(number) / (100 if "%" in text else 1)
+    if not 0 < share < 1:
+        raise ArgumentError("--one-at-a-time", repr(text), "more than 0% and less than 100%")
+    return share
 
 
 def _check_count(count: int) -> int:

@@ -21,9 +21,8 @@ Labels = Mapping[str, str]
 def as_data(result: RigResult, labels: Labels) -> dict[str, Any]:
     """The answer as one JSON object; a stepped sine has a list of steps."""
     if not result.test.is_stepped:
-        return {"test": result.test.name} | _step_as_data(result.steps[0], labels)
-    return {
-        "test": result.test.name,
+        return _conditions(result) | _step_as_data(result.steps[0], labels)
+    return _conditions(result) | {
         "steps": [{"direction": step.direction} | _step_as_data(step, labels) for step in result.steps],
         "jumps": [
             {
@@ -41,6 +40,10 @@ def as_data(result: RigResult, labels: Labels) -> dict[str, Any]:
         "coexisting_hz": list(result.coexisting_hz),
         "converged": all(step.state is not None for step in result.steps),
     }
+
+
+def _conditions(result: RigResult) -> dict[str, Any]:
+    return result.test.conditions | {"vehicle": result.model.parameters.schema.model}
 
 
 def _step_as_data(step: RigStep, labels: Labels) -> dict[str, Any]:
@@ -84,7 +87,7 @@ def print_test(result: RigResult, labels: Labels) -> None:
     """The answer as tables, with a warning where no car would do this."""
     test, vehicle = result.test, _words(result.model.parameters.schema.model)
     unit = test.amplitude_unit
-    size = f"{QUANTITIES[unit]} amplitude {test.amplitude:.4g} {unit}"
+    size = f"{QUANTITIES[unit]} amplitude {test.amplitude:.4g} {unit}{test.peculiarities}"
     if test.is_stepped:
         first, last = test.frequencies_hz[0], test.frequencies_hz[-1]
         where = f"stepped from {first:g} to {last:g} Hz and back"

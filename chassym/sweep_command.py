@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from chassym import arguments
 from chassym.arguments import ArgumentError
 from chassym.requested_test import find_metrics, find_test
@@ -72,8 +74,12 @@ def run_requested(asked: SweepRequest, load: Callable[[], Model]) -> None:
     chosen = tuple(usual) if asked.metrics is None else _outputs(model, asked.metrics)
     sweep = Sweep(model, test, points, metrics=chosen, tolerance=test.tolerance)
     store = file.with_name(f"{file.name}{STORE}")
-    with _shown_progress() as progress:
-        results = run_sweep(sweep, store=store, workers=workers, progress=progress)
+    try:
+        with _shown_progress() as progress:
+            results = run_sweep(sweep, store=store, workers=workers, progress=progress)
+    except KeyboardInterrupt:
+        typer.echo(f"{store}: finished points are kept; the same command goes on from there", err=True)
+        raise
     write_results(results, file)
     print_sweep(sweep, results)
     print_paragraph(f"{file}: results; {store}: finished points, no longer needed", indent="  ")
@@ -81,9 +87,11 @@ def run_requested(asked: SweepRequest, load: Callable[[], Model]) -> None:
 
 def _new_results(output: str) -> Path:
     """A netCDF file, or a folder for Zarr, which may be there already."""
-    from chassym.nonlinear.sweep.sweep_results import SUFFIXES
+    from chassym.nonlinear.sweep.sweep_results import SUFFIXES, refuse_unwritable
 
     file = Path(output)
+    if file.suffix in SUFFIXES:
+        refuse_unwritable(file)
     if file.suffix == ".zarr" and file.is_dir():
         arguments.new_folder("--output", output)
         return file

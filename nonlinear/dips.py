@@ -12,7 +12,7 @@ the parabola's second difference: the two differ by less where samples describe 
 """
 
 
-def possible_dips(values: Array) -> tuple[Array, Array, Array]:
+def possible_dips(values: Array) -> tuple[Array, Array]:
     """Extremes between samples that come so near zero that they may lie beyond it.
 
     A parabola is laid through every sample and its neighbours; each answers for half the way to its
@@ -26,8 +26,7 @@ def possible_dips(values: Array) -> tuple[Array, Array, Array]:
     Returns
     -------
     tuple of numpy.ndarray
-        Quantity, and place of the extreme and second difference of the parabola (places in samples from the
-        first), all of shape (dips,).
+        Quantities and places of the extremes, in samples from the first, shape (dips,) each.
 
     Examples
     --------
@@ -44,4 +43,4 @@ def possible_dips(values: Array) -> tuple[Array, Array, Array]:
     stays = ((before >= 0) == (here >= 0)) & ((after >= 0) == (here >= 0))
     is_near = (side * second > 0) & (side * extreme < _CLOSE * np.abs(second))
     quantity, sample = np.nonzero(stays & is_near & (-reach[0] <= shift) & (shift <= reach[1]))
-    return quantity, sample + 1 + shift[quantity, sample], second[quantity, sample]
+    return quantity, sample + 1 + shift[quantity, sample]

@@ -8,6 +8,6 @@ _CONTROLLER = ThreadpoolController()
 
 
 def one_thread() -> AbstractContextManager[object]:
-    """While this is entered, one: matrices are so small that handing them out costs more than it saves."""
+    """Keep linear algebra to one thread in a `with` block: on matrices so small, more threads cost time."""
     limited: AbstractContextManager[object] = _CONTROLLER.limit(limits=1, user_api="blas")
     return limited

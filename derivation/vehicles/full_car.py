@@ -51,6 +51,9 @@ SCHEMA = Schema(
     inertias=(*(f"body.{place}.inertia" for place in PLACES), *UNSPRUNG_INERTIAS),
 )
 
+MOST_SECTIONS = 1000
+"""Sections beyond which nobody waits for the equations."""
+
 
 def full_car(parameters: Parameters, sections: int = 3) -> Mechanism:
     """The car on its four actuator pads, free in space.
@@ -66,7 +69,7 @@ def full_car(parameters: Parameters, sections: int = 3) -> Mechanism:
     Raises
     ------
     ParameterError
-        If there are fewer sections than three.
+        If there are fewer sections than three, or more than `MOST_SECTIONS`.
     """
     symbols = ParameterSymbols(parameters)
     car = Mechanism("full_car", symbols("gravity"))
@@ -98,10 +101,11 @@ def add_body_sections(car: Mechanism, symbols: ParameterSymbols, count: int) -> 
     Raises
     ------
     ParameterError
-        If there are fewer sections than three.
+        If there are fewer sections than three, or more than `MOST_SECTIONS`.
     """
-    if not isinstance(count, int) or count < 3:
-        raise ParameterError(f"sections: received {shown(count)}, expected a whole number, 3 or more")
+    if not isinstance(count, int) or not 3 <= count <= MOST_SECTIONS:
+        expected = f"a whole number from 3 to {MOST_SECTIONS}"
+        raise ParameterError(f"sections: received {shown(count)}, expected {expected}")
     body, middle = SectionedBody(symbols, count), count // 2
     names = ["front", *(f"section_{i}" for i in range(2, count)), "rear"]
     sections = body.sections()

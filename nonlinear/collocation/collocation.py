@@ -17,6 +17,7 @@ import numpy as np
 
 from chassym.derivation import Model
 from chassym.nonlinear.collocation.cyclic_chain import CyclicChain
+from chassym.nonlinear.collocation.saltation import saltations
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.orbits.gauss_points import gauss_points
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
@@ -94,19 +95,22 @@ class Linearisation:
         maps[:, rates, n + rates] += self._orbit.durations_s[:, None]
         return maps
 
-    @cached_property
+    @property
     def _gaps(self) -> Array:
         """By how much a piece, its equations fulfilled, would miss the start of the next, (pieces, 2 n)."""
         return self._orbit.jumps - self._end[:, :, -1]
 
     @cached_property
     def _chain(self) -> CyclicChain:
-        return CyclicChain(self._maps, self._gaps)
+        return CyclicChain(self._maps)
 
     @property
     def monodromy(self) -> Array:
         """The map of small deviations from the first boundary over one orbit, shape (2 n, 2 n)."""
-        return self._chain.product
+        at_starts = saltations(self._orbit)
+        if at_starts is None:
+            return self._chain.product
+        return CyclicChain(np.roll(at_starts, -1, axis=0) @ self._maps).product
 
     def deviations(self, other: PiecewiseOrbit) -> Array | None:
         """By how much the starts of another orbit are off, as its jumps tell by the maps of this one.
@@ -127,10 +131,10 @@ class Linearisation:
         if np.any(apart.min(axis=1) > _ALIKE * np.diff(other.boundaries)[begins]):
             return None
         order = begins.argsort()
-        owner = np.searchsorted(begins[order], np.arange(len(there)), side="right") - 1
+        owner = order[np.searchsorted(begins[order], np.arange(len(there)), side="right") - 1]
         gaps = np.zeros_like(self._orbit.starts)
-        np.add.at(gaps, owner, other.jumps)
-        return self._solution(CyclicChain(self._maps[order], gaps))[owner]
+        np.add.at(gaps, owner, other.iterated_jumps)
+        return self._solution(gaps)[owner]
 
     def corrected(self) -> PiecewiseOrbit:
         """The orbit after one step of Newton's method.
@@ -140,7 +144,7 @@ class Linearisation:
         NoPeriodicOrbitError
             If a small deviation comes back unchanged, so the orbit is not unique.
         """
-        deviations = self._solution(self._chain)
+        deviations = self._solution(self._gaps)
         deviations = np.concatenate([deviations, np.ones((len(deviations), 1))], axis=1)
         change = (self._solved @ deviations[:, :, None])[:, :, 0]
         orbit = self._orbit
@@ -150,8 +154,8 @@ class Linearisation:
             accelerations=orbit.accelerations - change.reshape(orbit.accelerations.shape),
         )
 
-    def _solution(self, chain: CyclicChain) -> Array:
-        """Deviations of the starts that close a chain.
+    def _solution(self, gaps: Array) -> Array:
+        """Deviations of the starts that close gaps between the pieces.
 
         Raises
         ------
@@ -159,7 +163,7 @@ class Linearisation:
             If a small deviation comes back unchanged, so the orbit is not unique.
         """
         try:
-            return chain.solution()
+            return self._chain.solution(gaps)
         except np.linalg.LinAlgError:
             raise NoPeriodicOrbitError(
                 f"at {self._orbit.excitation.frequency_hz:g} Hz nothing brings a deviation back; give every "

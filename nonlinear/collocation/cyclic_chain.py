@@ -21,28 +21,27 @@ class CyclicChain:
 
     Parameters
     ----------
-    maps, gaps
-        A and g, shapes (links, size, size) and (links, size).
+    maps
+        A, shape (links, size, size).
     """
 
-    def __init__(self, maps: Array, gaps: Array) -> None:
-        self._maps, self._gaps = maps, gaps
-        size = maps.shape[1]
-        along = np.eye(size, size + 1)
-        self._along = [along]
+    def __init__(self, maps: Array) -> None:
+        self._maps = maps
+        along = np.eye(maps.shape[1])
+        products = [along]
         with np.errstate(over="ignore", invalid="ignore"):  # what grows so much is solved another way
-            for each, gap in zip(maps, gaps, strict=True):
+            for each in maps:
                 along = each @ along
-                along[:, -1] += gap
-                self._along.append(along)
+                products.append(along)
+        self._products = np.stack(products)
 
     @property
     def product(self) -> Array:
         """The map once around; not finite if it is too large for numbers, shape (size, size)."""
-        return self._along[-1][:, :-1]
+        return np.asarray(self._products[-1])
 
-    def solution(self) -> Array:
-        """Every d, shape (links, size).
+    def solution(self, gaps: Array) -> Array:
+        """Every d for some g, shape (links, size) as theirs.
 
         By way of d[0], whose equation holds the product of all maps; where deviations grow on the way, as
         about an unstable orbit, the equations of all are solved together.
@@ -52,23 +51,25 @@ class CyclicChain:
         numpy.linalg.LinAlgError
             If there is none, or more than one, to within rounding.
         """
-        along = np.stack(self._along[:-1])
-        if not np.abs(along).max() < _GROWTH:
-            return self._together()
-        whole = self._along[-1]
-        first = np.linalg.solve(np.eye(len(whole)) - whole[:, :-1], whole[:, -1])
-        if np.abs(first).max() > _UNBOUNDED * np.abs(whole[:, -1]).max():
+        if not np.abs(self._products[:-1]).max() < _GROWTH:
+            return self._together(gaps)
+        gathered = [np.zeros(gaps.shape[1])]
+        for each, gap in zip(self._maps, gaps, strict=True):
+            gathered.append(each @ gathered[-1] + gap)
+        missing = gathered.pop()
+        first = np.linalg.solve(np.eye(len(missing)) - self.product, missing)
+        if np.abs(first).max() > _UNBOUNDED * np.abs(missing).max():
             raise np.linalg.LinAlgError("what is missing after one turn makes deviations without bounds")
-        return np.asarray(along @ np.append(first, 1.0))
+        return np.asarray(self._products[:-1] @ first + gathered)
 
-    def _together(self) -> Array:
-        links, size = self._gaps.shape
+    def _together(self, gaps: Array) -> Array:
+        links, size = gaps.shape
         unit = np.broadcast_to(np.eye(size), self._maps.shape)
         order = np.arange(links)
         blocks = np.stack([-self._maps, unit], axis=1).reshape(-1, size, size)
         columns = np.stack([order, (order + 1) % links], axis=1).ravel()
         matrix = bsr_array((blocks, columns, 2 * np.arange(links + 1)), shape=(links * size,) * 2)
         try:
-            return np.asarray(splu(matrix.tocsc()).solve(self._gaps.ravel()).reshape(links, size))
+            return np.asarray(splu(matrix.tocsc()).solve(gaps.ravel()).reshape(links, size))
         except RuntimeError as error:  # SuperLU's word for an exactly singular matrix
             raise np.linalg.LinAlgError(str(error)) from None

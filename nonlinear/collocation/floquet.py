@@ -84,7 +84,12 @@ def multipliers(orbit: PeriodicOrbit) -> np.ndarray:
     """Eigenvalues of the monodromy matrix, largest magnitude first, shape (2 n,).
 
     An orbit is stable if all magnitudes are below one. They are infinite if deviations grow beyond all
-    numbers in one orbit.
+    numbers in one orbit. Where forces jump, deviations that pass a knot earlier or later are accounted for.
+
+    Raises
+    ------
+    ExcitationError
+        If the orbit is too slow for the model's fastest motion to be followed.
     """
     around = monodromy(orbit)
     if not np.isfinite(around).all():

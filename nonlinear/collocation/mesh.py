@@ -7,11 +7,15 @@ from functools import lru_cache
 import numpy as np
 
 from chassym.derivation import Model
+from chassym.nonlinear.excitation.excitation import ExcitationError
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 
 Array = np.ndarray
 
 FULL_TURN = 2 * np.pi
+
+MOST_PIECES = 4000
+"""Pieces beyond which a motion is too rough, or too slow, to be followed."""
 
 _FEWEST = 12
 """Pieces of a turn that knows no faster motion than its own."""
@@ -26,9 +30,22 @@ _SPARE = 0.15
 
 
 def first_boundaries(orbit: PeriodicOrbit) -> Array:
-    """Equal pieces, short enough for the fastest natural motion at the design position, (pieces + 1,)."""
-    turns = fastest_rate(orbit.model) * orbit.period_s / _PER_PIECE
-    return np.linspace(0, FULL_TURN, max(_FEWEST, int(np.ceil(turns))) + 1)
+    """Equal pieces, short enough for the fastest natural motion at the design position, (pieces + 1,).
+
+    Raises
+    ------
+    ExcitationError
+        If the test is so slow that there would be more than `MOST_PIECES`.
+    """
+    rate = fastest_rate(orbit.model)
+    pieces = rate * orbit.period_s / _PER_PIECE
+    if pieces > MOST_PIECES:
+        slowest_hz = orbit.subharmonic * rate / (_PER_PIECE * MOST_PIECES)
+        raise ExcitationError(
+            f"frequency: {orbit.excitation.frequency_hz:g} Hz received; {slowest_hz:.2g} Hz or more needed "
+            f"to follow the model's fastest motion ({rate:.3g} rad/s) all the way"
+        )
+    return np.linspace(0, FULL_TURN, max(_FEWEST, int(np.ceil(pieces))) + 1)
 
 
 @lru_cache(maxsize=16)

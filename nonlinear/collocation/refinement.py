@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chassym.nonlinear.collocation.collocation import Linearisation, in_pieces
-from chassym.nonlinear.collocation.mesh import cut, first_boundaries
+from chassym.nonlinear.collocation.mesh import MOST_PIECES, cut, first_boundaries
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.orbits.knots import knot_phases
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
@@ -27,9 +27,6 @@ _LONGEST_STEP = 0.5
 
 _NEAR = 0.1
 """Relative correction from which every further step is made with one point more."""
-
-_MOST_PIECES = 4000
-"""Pieces beyond which a motion is too rough to be followed."""
 
 _ROUNDING = 1e-10
 """Accelerations (m/s^2 or rad/s^2) that rounding makes of a motion at rest."""
@@ -81,6 +78,8 @@ def refinements(guess: PeriodicOrbit, rough: float) -> Iterator[Refined]:
     ------
     NoPeriodicOrbitError
         If Newton's method does not come near an orbit, or the motion is too rough.
+    ExcitationError
+        If the test is too slow for the model's fastest motion to be followed.
     """
     knots, equal = knot_phases(guess), first_boundaries(guess)
     orbit = in_pieces(guess, cut(knots, equal, np.ones(len(equal) - 1)), FEWEST_POINTS)
@@ -107,9 +106,9 @@ def _cut_again(orbit: PiecewiseOrbit, knots: Array, points: int, rough: float) -
     """The orbit cut where it passes knots now, rough pieces in parts."""
     parts = np.ceil((_roughness(orbit) / rough) ** (1 / (orbit.points - 1)))
     wanted = np.clip(parts, 1.0, _MOST_PARTS)
-    if wanted.sum() > _MOST_PIECES:
+    if wanted.sum() > MOST_PIECES:
         raise NoPeriodicOrbitError(
-            f"collocation at {orbit.excitation.frequency_hz:g} Hz: more than {_MOST_PIECES} pieces do not "
+            f"collocation at {orbit.excitation.frequency_hz:g} Hz: more than {MOST_PIECES} pieces do not "
             "resolve the motion; ask for less accuracy or a smaller amplitude"
         )
     return in_pieces(orbit, cut(knots, orbit.boundaries, wanted), points)

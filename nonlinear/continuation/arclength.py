@@ -23,7 +23,7 @@ from chassym.nonlinear.continuation.paths import Path, place
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation.excitation import ExcitationError
 from chassym.nonlinear.harmonics import fourier
-from chassym.nonlinear.harmonics.harmonic_balance import newton, packed_correction
+from chassym.nonlinear.harmonics.harmonic_balance import newton, relative_correction
 from chassym.nonlinear.harmonics.harmonic_equations import HarmonicEquations
 from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
 
@@ -111,7 +111,7 @@ class Tracer:
             matrix, residual = self._linearised(guess[:-1], float(guess[-1]), normal)
             change = _solved(matrix, np.append(residual, normal @ (guess - base) - length))
             guess = guess - change
-            correction = packed_correction(change[:-1], guess[:-1], self._harmonics)
+            correction = relative_correction(self._coefficients(change), self._coefficients(guess))
             if not correction < 10.0:
                 break
             if max(correction, abs(change[-1]) / self._span) < self._tolerance:
@@ -202,6 +202,10 @@ class Tracer:
         root = float(brentq(at, 0.0, step.length, xtol=1e-13 * step.length, rtol=1e-12))
         at(root)
         return Step(step.begin, points[root], root)
+
+    def _coefficients(self, place: Array) -> Array:
+        """Complex coefficients among unknowns and parameter."""
+        return fourier.unpacked(place[:-1], len(place) // (2 * self._harmonics + 1))
 
     def _equations(self, value: float) -> HarmonicEquations:
         test, orders = self.path.at(value), (self._harmonics, self._subharmonic)

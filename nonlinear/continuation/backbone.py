@@ -82,9 +82,18 @@ def backbone(
     path
         The test.
     factors
-        Positive, on the amplitudes of the path's excitation.
+        Positive, on the amplitudes of the path's excitation, shape (peaks,).
+    start_hz, stop_hz
+        Range in which to look for the peaks, ascending.
+    output
+        Name of the output that peaks.
     harmonics
         Of the orbits.
+
+    Returns
+    -------
+    Backbone
+        Frequency and amplitude of the peak for every factor.
 
     Raises
     ------

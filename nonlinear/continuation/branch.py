@@ -12,6 +12,7 @@ import numpy as np
 from chassym.derivation import Model
 from chassym.nonlinear.continuation.arclength import Tracer
 from chassym.nonlinear.continuation.paths import Path
+from chassym.nonlinear.continuation.stability import die_out
 from chassym.nonlinear.harmonics.harmonic_equations import samples_at_knots
 from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
@@ -68,7 +69,7 @@ class Branch:
     @cached_property
     def is_stable(self) -> Array:
         """Whether small deviations die out, shape (points,)."""
-        return np.asarray(np.abs(self.multipliers).max(axis=1) < 1.0)
+        return die_out(self.multipliers)
 
     def amplitude(self, output: str) -> Array:
         """Half the peak-to-peak value of an output, in its unit, shape (points,).

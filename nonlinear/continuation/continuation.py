@@ -54,23 +54,33 @@ def follow(
     ----------
     path
         What changes.
+    start, stop
+        First and last value of the path's parameter, in its unit; stop may be the smaller one.
     harmonics
         Harmonics of every orbit.
     first
-        FourierOrbit to begin near; that found from the linear response by default.
+        Orbit to begin near; that found from the linear response by default.
     subharmonic
         Periods of the excitation after which orbits repeat.
     largest_step
         Longest step, as a share of the interval and of the motion.
     most_points
-        Points after which the branch is too long.
+        Points after which the branch is too long, at least 2.
     tolerance
-        Relative correction of the rates at which an orbit is balanced.
+        Relative correction of the rates at which an orbit is balanced; positive and less than 1.
+
+    Returns
+    -------
+    Branch
+        Orbits from start on, in the order in which they were found, with stability and folds.
 
     Raises
     ------
     ValueError
-        If start and stop are the same, or another number is impossible.
+        If start and stop are the same or not finite, the longest step, the most points or the tolerance is
+        impossible, or there are too few harmonics for the excitation to be among them.
+    ExcitationError, ParameterError
+        If the path has no test at start.
     NoPeriodicOrbitError
         If there is no orbit to begin with, the branch is lost, or longer than the most points.
     """
@@ -80,6 +90,10 @@ def follow(
         )
     if not 0 < largest_step <= 1:
         raise ValueError(f"largest_step: {largest_step!r} received; a positive number up to 1 is needed")
+    if not most_points >= 2:
+        raise ValueError(f"most_points: {most_points!r} received; 2 or more are needed")
+    if not 0 < tolerance < 1:
+        raise ValueError(f"tolerance: {tolerance!r} received; a positive number less than 1 is needed")
     model, excitation = path.at(start)
     fewest = samples_at_knots(model, subharmonic)
     orbit = first_orbit(
@@ -143,6 +157,10 @@ def first_orbit(
 
     Parameters
     ----------
+    model, excitation
+        The test.
+    harmonics
+        Of the orbit's own frequency; at least as many as periods of the excitation after which it repeats.
     start
         A neighbouring orbit, with any number of harmonics.
     subharmonic
@@ -152,6 +170,11 @@ def first_orbit(
     fewest_samples
         Of the residual along the orbit: more than the few that go with the harmonics, if it is to be
         followed over knots.
+
+    Returns
+    -------
+    Balance
+        The orbit, and how it was balanced.
 
     Raises
     ------

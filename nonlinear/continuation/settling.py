@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 
 from chassym.derivation import Model
-from chassym.nonlinear.collocation.floquet import multipliers
+from chassym.nonlinear.continuation.stability import is_stable
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.harmonics import fourier
@@ -19,7 +19,10 @@ from chassym.nonlinear.simulation.simulate import simulate
 Array = np.ndarray
 
 _PERIODS, _ROUNDS = 20, 25
-"""Periods that are integrated before the last one is compared with an orbit, and how often that is done."""
+"""Periods that are integrated before the last one is compared with an orbit, and how often that is done.
+
+Deviations with a multiplier of 0.89 fall to `_NEAR` in one round, those with 0.995 in all of them.
+"""
 
 _TOLERANCE = 1e-7
 """Relative, of the integration."""
@@ -62,7 +65,7 @@ def settle(
         guess = fourier.coefficients(moved[: model.size, 1:-1], harmonics)
         with suppress(NoPeriodicOrbitError):
             found = newton(FourierOrbit(model, excitation, guess), tolerance, fewest_samples=fewest).orbit
-            if _is_near(found.coefficients, guess) and abs(multipliers(found)[0]) < 1.0:
+            if _is_near(found.coefficients, guess) and is_stable(found):
                 return found
     raise NoPeriodicOrbitError(
         f"at {excitation.frequency_hz:g} Hz the motion did not come to repeat itself in "

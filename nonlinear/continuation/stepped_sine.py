@@ -92,7 +92,16 @@ class Run:
     jumps: tuple[Jump, ...]
 
     def peak_to_peak(self, output: str) -> Array:
-        """Peak-to-peak values of a measured output, NaN where there is no steady state, shape (steps,)."""
+        """Peak-to-peak values of a measured output, NaN where there is no steady state, shape (steps,).
+
+        Raises
+        ------
+        KeyError
+            If there are steady states, but the output was not measured.
+        """
+        for state in self.states:
+            if state is not None and output not in state.peak_to_peak:
+                raise KeyError(f"output {output!r}: measured were {', '.join(state.peak_to_peak)}")
         return np.array([np.nan if s is None else s.peak_to_peak[output].value for s in self.states])
 
 
@@ -124,7 +133,7 @@ class SteppedResponse:
         return (*self.upward.jumps, *self.downward.jumps)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Metrics, their errors, smallest patch force and stability over direction and parameter."""
+        """Metrics, their errors and the smallest patch force over direction and parameter, and the jumps."""
         from chassym.nonlinear.continuation.stepped_sine_labels import labelled
 
         return labelled(self)

@@ -14,7 +14,7 @@ Array = np.ndarray
 
 
 def labelled(test: SteppedResponse) -> xarray.Dataset:
-    """Metrics, errors, smallest patch force and stability over direction and the path's parameter.
+    """Metrics, errors and smallest patch force over direction and the path's parameter, and jumps.
 
     NaN stands where there is no steady state; `reason` says why.
     """

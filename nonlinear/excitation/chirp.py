@@ -89,7 +89,7 @@ class Chirp(Excitation):
 
 
 class LinearChirp(Chirp):
-    """A chirp whose frequency changes by as many hertz in every second.
+    """A chirp whose frequency changes at a constant rate in Hz/s.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class LinearChirp(Chirp):
 
 
 class LogarithmicChirp(Chirp):
-    """A chirp whose frequency changes by as many octaves in every second.
+    """A chirp whose frequency changes at a constant rate in octaves per second.
 
     Examples
     --------

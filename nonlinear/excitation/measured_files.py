@@ -16,6 +16,9 @@ from chassym.nonlinear.excitation.time_series import TimeSeries
 
 TIME = "time"
 
+_Line = tuple[int, Sequence[str]]
+"""Number of a line in its file, and its cells."""
+
 _HEADING = re.compile(r"\s*(?P<name>.*?)\s*[(\[](?P<unit>[^()\[\]]*(?:\([^()]*\)[^()\[\]]*)*)[)\]]\s*")
 
 
@@ -26,7 +29,7 @@ def read_time_series(path: str | Path, columns: Mapping[str, str] | None = None)
     ----------
     path
         A CSV file in UTF-8. Its first row names the columns with their units, ``time (s)`` or
-        ``front_left_pad_z [mm]``; all further ones hold numbers.
+        ``front_left_pad_z [mm]``; all further ones hold numbers. Empty lines are passed over.
     columns
         Column of every moving input, by the input's name, and perhaps of "time". By default every column
         but "time" is of the input that has its name.
@@ -47,14 +50,15 @@ def read_time_series(path: str | Path, columns: Mapping[str, str] | None = None)
     path = Path(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = [row for row in csv.reader(file) if row]
-        return _time_series(rows, columns)
+            reader = csv.reader(file)
+            lines = [(reader.line_num, row) for row in reader if row]
+        return _time_series(lines, columns)
     except (ExcitationError, ParameterError, UnicodeDecodeError, csv.Error) as error:
         raise ExcitationError(f"{path.name}: {error}") from error
 
 
-def _time_series(rows: Sequence[Sequence[str]], columns: Mapping[str, str] | None) -> TimeSeries:
-    headings = _headings(rows[0] if rows else ())
+def _time_series(lines: Sequence[_Line], columns: Mapping[str, str] | None) -> TimeSeries:
+    headings = _headings(lines[0][1] if lines else ())
     chosen = {name: name for name in headings if name != TIME} if columns is None else dict(columns)
     chosen.setdefault(TIME, TIME)
     values, units = {}, {}
@@ -62,7 +66,7 @@ def _time_series(rows: Sequence[Sequence[str]], columns: Mapping[str, str] | Non
         if column not in headings:
             raise ExcitationError(f"column {column!r} is missing; there are {', '.join(headings) or 'none'}")
         place, unit = headings[column]
-        values[name], units[name] = _in_si(column, unit, _numbers(rows[1:], place, column))
+        values[name], units[name] = _in_si(column, unit, _numbers(lines[1:], place, column))
     if units.pop(TIME) != "s":
         raise ExcitationError(f"column {chosen[TIME]!r}: the unit of a time is needed, such as s or ms")
     return TimeSeries(values.pop(TIME), values, units)
@@ -81,15 +85,15 @@ def _headings(row: Sequence[str]) -> dict[str, tuple[int, str]]:
     return found
 
 
-def _numbers(rows: Sequence[Sequence[str]], place: int, column: str) -> Array:
-    numbers = np.empty(len(rows))
-    for index, row in enumerate(rows):
+def _numbers(lines: Sequence[_Line], place: int, column: str) -> Array:
+    numbers = np.empty(len(lines))
+    for index, (line, row) in enumerate(lines):
         try:
             numbers[index] = float(row[place])
         except (IndexError, ValueError) as error:
             given = repr(row[place]) if place < len(row) else "nothing"
             raise ExcitationError(
-                f"column {column!r}: {given} received in row {index + 2}; a number is needed"
+                f"column {column!r}: {given} received in line {line}; a number is needed"
             ) from error
     return numbers
 

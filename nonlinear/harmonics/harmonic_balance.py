@@ -88,28 +88,17 @@ def newton(orbit: FourierOrbit, tolerance: float, most: int = 25, *, fewest_samp
         factors = _factorised(equations, arguments)
         change = lu_solve(factors, equations.residual(arguments), check_finite=False)
         unknowns = unknowns - change
-        correction = packed_correction(change, unknowns, orbit.harmonics)
+        found = equations.orbit(unknowns)
+        correction = relative_correction(fourier.unpacked(change, orbit.model.size), found.coefficients)
         if not np.isfinite(correction):
             break
         if correction < tolerance:
-            return Balance(equations.orbit(unknowns), iteration, correction, factors)
+            return Balance(found, iteration, correction, factors)
     raise NoPeriodicOrbitError(
         f"harmonic balance at {orbit.excitation.frequency_hz:g} Hz: the last of {iteration} corrections was "
-        f"{correction:.2g} of the motion, {tolerance:g} is needed; start from a smaller amplitude"
+        f"{correction:.2g} of the motion, {tolerance:g} is needed; "
+        "start from a smaller amplitude, or give its resonance some damping"
     )
-
-
-def packed_correction(change: np.ndarray, unknowns: np.ndarray, harmonics: int) -> float:
-    """`relative_correction` of packed unknowns, to within a factor of the square root of two."""
-    orders = _orders(harmonics)
-    scale = max(np.abs(orders * unknowns.reshape(-1, len(orders))).max(), 1e-9)
-    return float(np.abs(np.maximum(orders, 1) * change.reshape(-1, len(orders))).max() / scale)
-
-
-def _orders(harmonics: int) -> np.ndarray:
-    """Order of the harmonic of every real unknown of one signal."""
-    orders = np.arange(harmonics + 1)
-    return np.concatenate([orders, orders[1:]])
 
 
 def _factorised(equations: HarmonicEquations, arguments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

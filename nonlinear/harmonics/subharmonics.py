@@ -10,8 +10,8 @@ import numpy as np
 from scipy.linalg import eig
 
 from chassym.derivation import Model
-from chassym.nonlinear.collocation.floquet import multipliers
 from chassym.nonlinear.continuation.continuation import first_orbit
+from chassym.nonlinear.continuation.stability import is_stable
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.harmonics.harmonic_balance import Balance, newton
@@ -43,10 +43,17 @@ def subharmonic_orbit(
 
     Parameters
     ----------
+    model, excitation
+        The test.
     subharmonic
         Number of periods, at least two.
     harmonics
         Harmonics of the fraction of the frequency; five for each of the excitation by default.
+
+    Returns
+    -------
+    Balance
+        The orbit, and how it was balanced.
 
     Raises
     ------
@@ -65,7 +72,7 @@ def subharmonic_orbit(
             found = newton(guess, _TOLERANCE, _ITERATIONS)
             if not repeats_late(found.orbit):
                 continue
-            if abs(multipliers(found.orbit)[0]) < 1.0:
+            if is_stable(found.orbit):
                 return found
             unstable = unstable or found
     if unstable is not None:

@@ -7,7 +7,9 @@ import numpy as np
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 
 _HARMONICS = 60
-"""Of the excitation's frequency."""
+"""Of the excitation's frequency. Those up to 250 changed the distortion by 3e-5 at most on a quarter car at
+four frequencies from 1 to 12 Hz, and by 2e-7 in both tests of the reference sedan.
+"""
 
 _NOTHING = 1e-9
 """Amplitude (SI units) below which an output counts as not moving with the excitation."""

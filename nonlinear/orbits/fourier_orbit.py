@@ -11,7 +11,6 @@ import numpy as np
 from chassym.derivation import Model
 from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.harmonics import fourier
-from chassym.nonlinear.harmonics.fourier import samples_for
 from chassym.nonlinear.orbits import peaks
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 
@@ -67,7 +66,7 @@ class FourierOrbit(PeriodicOrbit):
 
     def extremes(self, rows: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Smallest and largest value of some outputs over the orbit, shape (len(rows),) each."""
-        return peaks.extremes(self, rows, samples_for(self.harmonics))
+        return peaks.extremes(self, rows)
 
     def sampled_motion(self, count: int) -> np.ndarray:
         """The equations' arguments at equidistant phases but for accelerations, which are zero."""

@@ -38,6 +38,8 @@ class GaussPoints:
 
     Attributes
     ----------
+    count
+        Number of points.
     places
         The points.
     series
@@ -127,9 +129,14 @@ def lobatto_series(count: int) -> Array:
 
 @lru_cache
 def lobatto_integrals(count: int) -> tuple[Array, Array]:
-    """Weights of values at `lobatto_places` for their integral, and its own, (count, count) each."""
-    once = legendre.legint(lobatto_series(count), lbnd=-1, scl=0.5)
-    polynomials = legendre.legvander(2 * lobatto_places(count).values - 1, count + 1)
+    """Weights of values at inner `lobatto_places` for their integral, and its own, (count, count - 2) each.
+
+    Of an outer place nobody knows to which piece a value belongs that jumps there.
+    """
+    places = 2 * lobatto_places(count).values - 1
+    series = np.linalg.inv(legendre.legvander(places[1:-1], count - 3))
+    once = legendre.legint(series, lbnd=-1, scl=0.5)
+    polynomials = legendre.legvander(places, count - 1)
     return polynomials[:, :-1] @ once, polynomials @ legendre.legint(once, lbnd=-1, scl=0.5)
 
 

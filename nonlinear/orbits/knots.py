@@ -103,8 +103,13 @@ def _passed(values: Array, looked: Array) -> tuple[Array, Array]:
 
 def _touched(values: Array, looked: Array) -> tuple[Array, Array]:
     """The same of zeros in pairs between equidistant places of the same side, by a narrow parabola."""
-    count = looked.shape[2]
-    row, sample, _ = possible_dips(looked.reshape(-1, count))
+    count, rows = looked.shape[2], looked.reshape(-1, looked.shape[2])
+    low, high = rows.min(axis=1), rows.max(axis=1)
+    near = np.flatnonzero(np.minimum(np.abs(low), np.abs(high)) <= high - low)
+    row, sample = possible_dips(rows[near])
+    if not len(row):
+        return np.empty(0, dtype=int), np.empty(0)
+    row = near[row]
     series = lobatto_series(values.shape[2]) @ values.reshape(-1, values.shape[2])[row].T
     width = _ZOOM / (count - 1)
     centre = np.clip(sample / (count - 1), width, 1 - width)

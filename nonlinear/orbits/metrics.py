@@ -35,7 +35,17 @@ class Metric:
 
 @dataclass(frozen=True)
 class Contact:
-    """The smallest vertical patch force and where it acts; negative if contact would have been lost."""
+    """The smallest vertical patch force and where it acts.
+
+    Attributes
+    ----------
+    value
+        The force (N); negative if contact would have been lost.
+    error
+        Its estimated error (N).
+    patch
+        Where it acts.
+    """
 
     value: float
     error: float

@@ -99,6 +99,21 @@ class PiecewiseOrbit(PeriodicOrbit):
         ends[:, :n] += durations[:, None] * self.starts[:, n:]
         return np.asarray(ends - np.roll(self.starts, -1, axis=0))
 
+    @cached_property
+    def iterated_jumps(self) -> Array:
+        """The same after an iteration of Picard's (see `iterated_extremes`), shape (pieces, 2 n)."""
+        return self.jumps + np.concatenate([each[:, :, -1] for each in self._iterated]).T
+
+    @cached_property
+    def _iterated(self) -> tuple[Array, Array]:
+        """What an iteration of Picard's adds to coordinates and rates, (n, pieces, Lobatto places) each."""
+        n, count = self.model.size, self.points + _BEYOND
+        polynomials = self.motion_in_pieces(lobatto_places(count))[2 * n :]
+        change = (self._sampled[2 * n : 3 * n].reshape(polynomials.shape) - polynomials)[:, :, 1:-1]
+        once, twice = lobatto_integrals(count)
+        duration = self.durations_s[:, None]
+        return duration**2 * (change @ twice.T), duration * (change @ once.T)
+
     def phases_of(self, places: Places) -> Array:
         """Phases of places in every piece, shape (pieces, places)."""
         return self.boundaries[:-1, None] + np.diff(self.boundaries)[:, None] * places.values
@@ -175,17 +190,12 @@ class PiecewiseOrbit(PeriodicOrbit):
         deviations
             What the starts lack, shape (pieces, 2 n).
         """
-        n, count = self.model.size, self.points + _BEYOND
-        places = lobatto_places(count)
-        polynomials = self.motion_in_pieces(places)[2 * n :]
-        change = self._sampled[2 * n : 3 * n].reshape(polynomials.shape) - polynomials
-        once, twice = lobatto_integrals(count)
-        duration = self.durations_s[:, None]
+        n, moved = self.model.size, self._sampled.copy()
         away, drift = deviations.T[:n, :, None], deviations.T[n:, :, None]
-        moved = self._sampled.copy()
-        drifted = away + duration * places.values * drift
-        moved[:n] += (drifted + duration**2 * (change @ twice.T)).reshape(n, -1)
-        moved[n : 2 * n] += (drift + duration * (change @ once.T)).reshape(n, -1)
+        elapsed = self.durations_s[:, None] * lobatto_places(self.points + _BEYOND).values
+        coordinates, rates = self._iterated
+        moved[:n] += (coordinates + away + elapsed * drift).reshape(n, -1)
+        moved[n : 2 * n] += (rates + drift).reshape(n, -1)
         return self._extremes(rows, self._accelerated(moved))
 
     @cached_property

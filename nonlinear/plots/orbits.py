@@ -190,14 +190,17 @@ def plot_steps(axes: Axes, test: SteppedResponse, output: str) -> Axes:
     Raises
     ------
     KeyError
-        If the output was not measured.
+        If there are steady states, but the output was not measured.
     """
-    units = [state.peak_to_peak[output].unit for state in test.upward.states if state is not None]
+    runs = (test.upward, test.downward)
+    amplitudes_of_runs = [run.peak_to_peak(output) / 2 for run in runs]
+    units = [state.peak_to_peak[output].unit for run in runs for state in run.states if state is not None]
     factor, unit = shown_unit(units[0]) if units else (1.0, "")
-    for run, marker, color in ((test.upward, ">", COLORS[1]), (test.downward, "<", COLORS[2])):
+    for run, heights, marker, color in zip(runs, amplitudes_of_runs, "><", COLORS[1:3], strict=True):
         words = "steps upward" if marker == ">" else "steps downward"
-        heights = factor / 2 * run.peak_to_peak(output)
-        axes.plot(run.values, heights, marker, color=color, markersize=5, fillstyle="none", label=words)
+        axes.plot(
+            run.values, factor * heights, marker, color=color, markersize=5, fillstyle="none", label=words
+        )
         _arrows(axes, run, output, factor, color)
     axes.set_xlabel(f"{_words(test.path.name)} ({readable_unit(test.path.unit)})")
     axes.set_ylabel(f"{_words(output)}, half peak-to-peak\n({unit})")

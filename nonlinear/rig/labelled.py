@@ -12,7 +12,6 @@ import xarray
 from chassym.nonlinear.orbits.metrics import Metric
 from chassym.nonlinear.orbits.patches import carries_by_contact
 from chassym.nonlinear.steady.result import SteadyState
-from chassym.nonlinear.steady.steady_state import measured_names
 
 if TYPE_CHECKING:
     from chassym.nonlinear.rig.running import RigResult, RigStep
@@ -29,14 +28,18 @@ def labelled(result: RigResult) -> xarray.Dataset:
     """Every metric and rate with its error over direction and frequency, contact and stability beside them.
 
     A test of one frequency has its metrics' signals and patch forces over one period, too, named
-    ``.._signal``. What was not found is nan.
+    ``.._signal``. Values that were not found are NaN.
     """
     found = xarray.Dataset(
         coords={
             "direction": list(dict.fromkeys(step.direction for step in result.steps)),
             "frequency": ("frequency", np.array(result.test.frequencies_hz), {"units": "Hz"}),
         },
-        attrs={"test": result.test.name, "description": result.test.description},
+        attrs={
+            "vehicle": result.model.parameters.description,
+            "description": result.test.description,
+            **result.test.conditions,
+        },
     )
     for name, unit, read in _columns(result):
         found[name] = (_DIMENSIONS, _filled(result, read), {"units": unit})
@@ -49,7 +52,7 @@ def _columns(result: RigResult) -> list[Column]:
     """What there is of every step."""
     units = {output.name: output.unit for output in result.model.system.outputs}
     columns = []
-    for name in result.test.measured or measured_names(result.model):
+    for name in result.test.measured(result.model):
         columns += _with_error(name, units[name], partial(_peak, name=name))
     for rate in result.test.rates:
         unit = next((step.rates[rate.name].unit for step in result.steps if step.rates), "")

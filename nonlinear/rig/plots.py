@@ -214,7 +214,7 @@ def _title(result: RigResult) -> str:
     where = f"{test.frequencies_hz[0]:.4g} Hz" if not test.is_stepped else "stepped sine"
     size = f"amplitude {test.amplitude:.4g} {readable_unit(test.amplitude_unit)}"
     vehicle = result.model.parameters.schema.model
-    return f"{_words(test.name)} test of {_words(vehicle)}, {where}, {size}"
+    return f"{_words(test.name)} test of {_words(vehicle)}, {where}, {size}{test.peculiarities}"
 
 
 def _words(name: str) -> str:

@@ -43,6 +43,7 @@ from chassym.derivation.quantity import parse_quantity, shown
 from chassym.derivation.schema import ANY, INCREASING, POSITIVE, Domain, refusal
 from chassym.nonlinear.rig.pads import DIRECTIONS
 from chassym.nonlinear.rig.rig_test import ORDERS, Motion, Rate, RigTest
+from chassym.nonlinear.steady.steady_state import SMALLEST_TOLERANCE
 
 MOST_FREQUENCIES = 10_000
 """Most steps of a stepped sine."""
@@ -139,7 +140,7 @@ def _parsed(document: Mapping[str, Any], origin: str) -> RigTest:
         tyres_lift=TYRES[_choice(tyres, "tyres", TYRES, origin)],
         metrics=_names(document["metrics"], "metrics", origin) if "metrics" in document else None,
         rates=tuple(_rate(each, f"rate[{i}].", origin) for i, each in enumerate(rates)),
-        tolerance=_tolerance(document.get("tolerance", 1e-3), origin),
+        tolerance=checked_tolerance(document.get("tolerance", 1e-3), origin),
     )
 
 
@@ -239,9 +240,16 @@ def _with_unit(given: object, key: str, origin: str, expected: str) -> str:
     return given
 
 
-def _tolerance(given: object, origin: str) -> float:
-    expected = "a number greater than zero and less than 1"
-    if isinstance(given, bool) or not isinstance(given, int | float) or not 0 < given < 1:
+def checked_tolerance(given: object, origin: str) -> float:
+    """A tolerance that steady states can be asked for.
+
+    Raises
+    ------
+    ParameterError
+        If it is not a number, or not in their range.
+    """
+    if isinstance(given, bool) or not isinstance(given, int | float) or not SMALLEST_TOLERANCE <= given < 1:
+        expected = f"a number from {SMALLEST_TOLERANCE:g} to less than 1"
         raise refusal(origin, "tolerance", shown(given), expected)
     return float(given)
 
@@ -252,8 +260,8 @@ def _check_keys(
     known = [*required, *optional]
     for key in entry:
         if key not in known:
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
-            expected = f"{place}{near}; known are {', '.join(known)}"
+            near = [f"{place}{name}; known are " for name in difflib.get_close_matches(key, known, n=1)]
+            expected = f"{''.join(near) or 'one of '}{', '.join(known)}"
             raise refusal(origin, f"{place}{key}", "an unknown key", expected)
     for key in required:
         if key not in entry:

@@ -12,7 +12,8 @@ from chassym.derivation import Model, ParameterError, with_lifting_tyres
 from chassym.derivation.schema import refusal
 from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.rig.held_body import hold_body
-from chassym.nonlinear.rig.pads import PADS, Pad, pads_of
+from chassym.nonlinear.rig.pads import CORNERS, PADS, Pad, pads_of
+from chassym.nonlinear.steady.steady_state import measured_names
 
 ORDERS: Mapping[str, int] = {"m": 0, "m/s": 1, "m/s^2": 2}
 """Which derivative of a pad's displacement an amplitude is of, by its unit."""
@@ -23,7 +24,9 @@ _GIVEN = 3
 
 @dataclass(frozen=True)
 class Motion:
-    """What some pads do together: u(t) = Re(a exp(i (w (t - lag) + phase))).
+    """What some pads do together: their displacement is Re(a exp(i (w (t - lag) + phase))).
+
+    Of an amplitude of velocity or acceleration, a is that divided by w or its square.
 
     Attributes
     ----------
@@ -83,6 +86,11 @@ class RigTest:
         Slopes to measure.
     tolerance
         Largest error, relative to a metric.
+
+    Raises
+    ------
+    ParameterError
+        If it moves nothing.
     """
 
     name: str
@@ -98,6 +106,10 @@ class RigTest:
     rates: tuple[Rate, ...] = ()
     tolerance: float = 1e-3
 
+    def __post_init__(self) -> None:
+        if not any(motion.amplitude for motion in self.motions):
+            raise refusal(f"{self.name} test", "motion", "no amplitude", "one that is not zero")
+
     @property
     def is_stepped(self) -> bool:
         """Whether the frequency is stepped."""
@@ -108,12 +120,29 @@ class RigTest:
         """The largest amplitude of a motion, in the amplitude's unit."""
         return max(abs(motion.amplitude) for motion in self.motions)
 
+    def measured(self, model: Model) -> tuple[str, ...]:
+        """The metrics, and whatever the rates are slopes of."""
+        metrics = measured_names(model) if self.metrics is None else self.metrics
+        return tuple(dict.fromkeys([*metrics, *(n for r in self.rates for n in (r.of, r.over))]))
+
     @property
-    def measured(self) -> tuple[str, ...] | None:
-        """Metrics and whatever the rates are slopes of; None for all accelerations and angular rates."""
-        if self.metrics is None:
-            return None
-        return tuple(dict.fromkeys([*self.metrics, *(n for r in self.rates for n in (r.of, r.over))]))
+    def conditions(self) -> dict[str, str | float]:
+        """What a result was measured under, for its labels; the amplitude is the largest one."""
+        return {
+            "test": self.name,
+            "amplitude": self.amplitude,
+            "amplitude_unit": self.amplitude_unit,
+            "rear_lag_s": self.rear_lag_s,
+            "body": "held" if self.body_is_held else "free",
+            "tyres": "lifting" if self.tyres_lift else "bonded",
+            "tolerance": self.tolerance,
+        }
+
+    @property
+    def peculiarities(self) -> str:
+        """What a heading adds to the amplitude: lag and lifting tyres, if there are any."""
+        lag = f", rear {self.rear_lag_s:g} s later" if self.rear_lag_s else ""
+        return lag + (", lifting tyres" if self.tyres_lift else "")
 
     def at(self, frequency_hz: float) -> RigTest:
         """The same test at one frequency."""
@@ -142,11 +171,14 @@ class RigTest:
         mounted = hold_body(model, self.name) if self.body_is_held else model
         if self.tyres_lift:
             mounted = with_lifting_tyres(mounted)
-        for name in self.measured or ():
+        asked = [("metrics", name) for name in self.metrics or ()]
+        for rate in self.rates:
+            asked += [(f"rate {rate.name!r}: of", rate.of), (f"rate {rate.name!r}: over", rate.over)]
+        for key, name in asked:
             if name not in mounted.output_names:
                 near = difflib.get_close_matches(name, mounted.output_names, n=_GIVEN, cutoff=0.0)
                 received = f"{name!r}, which a {mounted.system.name} does not measure"
-                raise refusal(f"{self.name} test", "metrics", received, f"outputs such as {', '.join(near)}")
+                raise refusal(f"{self.name} test", key, received, f"outputs such as {', '.join(near)}")
         return mounted
 
     def excitation(self, model: Model, frequency_hz: float | None = None) -> Harmonic:
@@ -208,5 +240,9 @@ class RigTest:
 
     def _without_pads(self, vehicle: str, inputs: Sequence[str]) -> ParameterError:
         needed = [pad.input for pad in PADS if any(motion.moves(pad) for motion in self.motions)]
+        if not needed:
+            words = ", ".join(dict.fromkeys(word for motion in self.motions for word in motion.pads))
+            expected = f'"all", or words of places such as {", ".join(CORNERS)}'
+            return refusal(f"{self.name} test", "pads", repr(words), expected)
         received = f"a {vehicle}, whose inputs are {', '.join(inputs) or 'none'}"
         return refusal(f"{self.name} test", "vehicle", received, f"one with {', '.join(needed)}")

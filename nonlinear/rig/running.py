@@ -17,7 +17,7 @@ from chassym.nonlinear.rig.contact import PeriodicLossOfContact, contact_losses
 from chassym.nonlinear.rig.pads import pads_of
 from chassym.nonlinear.rig.rig_test import Rate, RigTest
 from chassym.nonlinear.steady.result import SteadyState
-from chassym.nonlinear.steady.steady_state import steady_state
+from chassym.nonlinear.steady.steady_state import SMALLEST_TOLERANCE, steady_state
 
 if TYPE_CHECKING:
     import xarray
@@ -126,7 +126,7 @@ def run(model: Model, test: RigTest, *, progress: Progress = lambda share: None)
 
 def _single(mounted: Model, test: RigTest) -> RigResult:
     excitation = test.excitation(mounted)
-    state = steady_state(mounted, excitation, metrics=test.measured, tolerance=test.tolerance)
+    state = steady_state(mounted, excitation, metrics=test.measured(mounted), tolerance=test.tolerance)
     return RigResult(test, mounted, (_step(test, excitation.frequency_hz, UPWARD, state, ""),))
 
 
@@ -134,7 +134,7 @@ def _stepped(mounted: Model, test: RigTest, progress: Progress) -> RigResult:
     lags = test.lags_s(pads_of(each.name for each in mounted.system.inputs))
     path = FrequencyPath(mounted, test.excitation(mounted), _HELD[test.amplitude_unit], lags)
     found = stepped_sine(
-        path, test.frequencies_hz, metrics=test.measured, tolerance=test.tolerance, progress=progress
+        path, test.frequencies_hz, metrics=test.measured(mounted), tolerance=test.tolerance, progress=progress
     )
     steps = [*_steps(test, found.upward, UPWARD), *_steps(test, found.downward, DOWNWARD)]
     coexisting = tuple(float(value) for value in found.coexisting)
@@ -163,10 +163,9 @@ def _rates(state: SteadyState, test: RigTest) -> dict[str, Metric]:
     """
     if not test.rates:
         return {}
-    orbit = state.orbit
-    finer = steady_state(
-        orbit.model, orbit.excitation, metrics=test.measured, tolerance=_FINER * test.tolerance, start=orbit
-    )
+    orbit, tolerance = state.orbit, max(_FINER * test.tolerance, SMALLEST_TOLERANCE)
+    measured = test.measured(orbit.model)
+    finer = steady_state(orbit.model, orbit.excitation, metrics=measured, tolerance=tolerance, start=orbit)
     units = {output.name: output.unit for output in orbit.model.system.outputs}
     rough, fine = (_slopes(each, test.rates) for each in (state, finer))
     found = {}

@@ -108,7 +108,7 @@ class Crossings:
     def _dips(self, step: TimeStep, inside: Array) -> Iterator[tuple[int, float, float]]:
         """Knot and bracket of every passing and passing back between samples."""
         spacing = step.times_s[1] - step.times_s[0]
-        for knot, place, _ in zip(*possible_dips(inside), strict=True):
+        for knot, place in zip(*possible_dips(inside), strict=True):
             lowest = float(step.times_s[0] + spacing * place)
             start = float(step.times_s[max(0, int(place) - 1)])
             if self._beyond(step, int(knot), start) >= 0 > self._beyond(step, int(knot), lowest):

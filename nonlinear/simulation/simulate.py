@@ -9,8 +9,8 @@ The integrator is SciPy's DOP853 (E. Hairer, S. P. Norsett, G. Wanner, Solving O
 Equations I, 2nd ed., section II.10). The reference sedan passes some 75 knots a second, and its fastest
 motion turns and decays at 340 rad/s: it is not stiff, and a method has to start anew often. To an error of
 1e-9 at 5 s of both thesis tests this takes 26,000 evaluations of the equations; steps across the knots take
-30,000 (CVODE, Adams), 46,000 (CVODE, BDF), 58,000 (LSODA), 80,000 (DOP853) and more (RK45, Radau), and where
-CVODE starts anew at the knots, from first order, 37,000. `tests/benchmarks/test_integrators.py` measures it.
+30,000 (CVODE, Adams), 46,000 (CVODE, BDF), 58,000 (LSODA), 80,000 (DOP853) and more (RK45), and where CVODE
+starts anew at the knots, from first order, 37,000. `tests/benchmarks/test_integrators.py` measures it.
 """
 
 from __future__ import annotations
@@ -54,8 +54,12 @@ def simulate(
 
     Parameters
     ----------
+    model
+        What moves.
+    excitation
+        What moves its inputs, from the first instant to the last.
     time_s
-        Increasing instants to report, shape (samples,); the first is the start.
+        Increasing instants (s) to report, shape (samples,); the first is the start.
     start
         Coordinates and rates at the start, shape (2 n,); the design position at rest by default.
     relative_tolerance
@@ -63,6 +67,11 @@ def simulate(
         absolute error.
     progress
         Called after every step.
+
+    Returns
+    -------
+    Simulation
+        States at the instants, and the events on the way.
 
     Raises
     ------

@@ -44,7 +44,17 @@ def harmonic_steady_state(
     scatter. The error stated is therefore twice the largest of the last three movements, the earlier ones
     counted by a quarter and a sixteenth.
 
-    Parameters, results and errors are those of `steady_state`.
+    Parameters and results are those of `steady_state`.
+
+    Raises
+    ------
+    ExcitationError
+        If the model lacks an input that the excitation moves.
+    KeyError, ValueError
+        As for `steady_state`.
+    NoPeriodicOrbitError
+        If no harmonics balance, the tolerance is not reached, or a rotation sequence comes too near its
+        singularity.
     """
     reader = checked_reader(model, metrics, tolerance)
     with one_thread():

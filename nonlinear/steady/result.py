@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from chassym.nonlinear.collocation.floquet import multipliers
+from chassym.nonlinear.continuation.stability import die_out
 from chassym.nonlinear.orbits.metrics import Contact, Metric
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 
@@ -67,4 +68,4 @@ class SteadyState:
     @property
     def is_stable(self) -> bool:
         """Whether small deviations die out."""
-        return bool(np.abs(self.multipliers[0]) < 1)
+        return bool(die_out(self.multipliers))

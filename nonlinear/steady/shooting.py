@@ -30,8 +30,19 @@ def shooting_steady_state(
     integrated accurately about knots, and so is its variational equation, which gives the derivative. It is
     integrated ever more accurately until no metric moves by more than the tolerance.
 
-    Parameters, results and errors are those of `steady_state`, and `SimulationError` if the motion cannot be
-    integrated.
+    Parameters and results are those of `steady_state`.
+
+    Raises
+    ------
+    ExcitationError
+        If the model lacks an input that the excitation moves.
+    KeyError, ValueError
+        As for `steady_state`.
+    NoPeriodicOrbitError
+        If the orbit does not come to close, nothing brings a deviation back, the tolerance is not reached, or
+        a rotation sequence comes too near its singularity.
+    SimulationError
+        If a motion on the way cannot be integrated.
     """
     readings = IntegratedReadings(model, metrics, tolerance)
     state = np.zeros(2 * model.size) if start is None else start.state()

@@ -23,7 +23,7 @@ _MOST_PERIODS = 10_000
 """Periods that are waited at most."""
 
 _LEFT = 1.0
-"""Transients that may be left, relative to the rates, by the integration's tolerance."""
+"""Transients that may be left, relative to the rates and divided by the integration's relative tolerance."""
 
 _UNKNOWN = 20
 """Periods to wait at first where deviations are seen to grow; then as many again as were waited so far."""
@@ -44,8 +44,19 @@ def waited_steady_state(
     small as the integration's own error; the Floquet multipliers of the last period tell how much is left,
     and how long it takes. Both are made ever smaller until no metric moves by more than the tolerance.
 
-    Parameters, results and errors are those of `steady_state`, and unstable orbits are not found; and
-    `SimulationError` if the motion cannot be integrated.
+    Unstable orbits are not found. Parameters and results are those of `steady_state`.
+
+    Raises
+    ------
+    ExcitationError
+        If the model lacks an input that the excitation moves.
+    KeyError, ValueError
+        As for `steady_state`.
+    NoPeriodicOrbitError
+        If the transients do not die out in time, nothing brings a deviation back, the tolerance is not
+        reached, or a rotation sequence comes too near its singularity.
+    SimulationError
+        If a motion on the way cannot be integrated.
     """
     readings = IntegratedReadings(model, metrics, tolerance)
     state = np.zeros(2 * model.size) if start is None else start.state()

@@ -334,7 +334,8 @@ class _Tracker:
 
 
 def _attributes(sweep: Sweep) -> dict[str, str | float]:
-    return {
+    test = sweep.excitation.conditions if isinstance(sweep.excitation, RigTest) else {}
+    return test | {
         "title": f"sweep of {sweep.model.system.name}",
         "vehicle": sweep.model.parameters.description,
         "tolerance": sweep.tolerance,

@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -67,24 +68,41 @@ def to_dataset(
     return xarray.Dataset(variables | texts, points.to_xarray().coords, dict(attributes))
 
 
+def refuse_unwritable(path: Path) -> None:
+    """Refuse a file that results cannot be written to.
+
+    Raises
+    ------
+    ResultFileError
+        If the suffix is not one of `SUFFIXES`, or Zarr is not installed.
+    """
+    if path.suffix not in SUFFIXES:
+        raise ResultFileError(f"{str(path)!r}: a name that ends in {' or '.join(SUFFIXES)} is needed")
+    if path.suffix == ".zarr" and find_spec("zarr") is None:
+        raise ResultFileError(f"{path}: Zarr is not installed; install chassym[zarr], or write a .nc file")
+
+
 def write_results(results: xarray.Dataset, path: str | Path) -> Path:
-    """Write results as netCDF or Zarr, by the suffix of the name; what was there before is replaced at once.
+    """Write results as netCDF or Zarr, by the suffix of the name.
+
+    They are written under another name first. A netCDF file then replaces what was there before at once. Zarr
+    is a folder, which cannot be replaced so: what was there before is removed, then the new one is moved.
 
     Raises
     ------
     ResultFileError
         If the suffix is another one, or Zarr is not installed.
     OSError
-        If the file cannot be written.
+        If the file cannot be written; a netCDF file that was there before stays as it was.
     """
     target = Path(path)
+    refuse_unwritable(target)
     writers = dict(zip(SUFFIXES, (_write_netcdf, _write_zarr), strict=True))
-    if target.suffix not in writers:
-        raise ResultFileError(f"{str(path)!r}: a name that ends in {' or '.join(SUFFIXES)} is needed")
     temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         writers[target.suffix](results, temporary)
-        _remove(target)
+        if temporary.is_dir():
+            _remove(target)
         os.replace(temporary, target)
     finally:
         _remove(temporary)
@@ -96,14 +114,7 @@ def _write_netcdf(results: xarray.Dataset, path: Path) -> None:
 
 
 def _write_zarr(results: xarray.Dataset, path: Path) -> None:
-    try:
-        results.to_zarr(path, mode="w", zarr_format=2)
-    except (ImportError, ValueError) as error:
-        if "zarr" not in str(error).lower():
-            raise
-        raise ResultFileError(
-            f"{path.name}: Zarr is not installed; install zarr, or write a .nc file"
-        ) from None
+    results.to_zarr(path, mode="w", zarr_format=2)
 
 
 def _remove(path: Path) -> None:

@@ -52,7 +52,7 @@ def on_processes(jobs: int | None = None) -> Workers:
     """Processes of this machine, through joblib; as many as it has cores by default.
 
     Linear algebra keeps to one thread in each. When a process dies, what it and the others were working on is
-    done again.
+    done again. The workers raise `WorkersError` when processes keep dying.
     """
     if jobs == 1:
         return in_this_process
@@ -66,6 +66,12 @@ def on_dask(address: str | None = None) -> Workers:
     ----------
     address
         Of its scheduler, such as ``tcp://127.0.0.1:8786``; DASK_SCHEDULER_ADDRESS by default.
+
+    Raises
+    ------
+    WorkersError
+        If there is no address. The workers raise it too, when they are called: if Dask is not installed, no
+        scheduler or worker answers, or a call fails.
     """
     found = address or os.environ.get("DASK_SCHEDULER_ADDRESS")
     if not found:
@@ -74,7 +80,15 @@ def on_dask(address: str | None = None) -> Workers:
 
 
 def usual_workers(jobs: int | None = None) -> Workers:
-    """The Dask cluster that DASK_SCHEDULER_ADDRESS names if it is set, otherwise processes."""
+    """The Dask cluster that DASK_SCHEDULER_ADDRESS names if it is set, otherwise processes.
+
+    The workers raise `WorkersError` as those of `on_dask` and `on_processes` do.
+
+    Parameters
+    ----------
+    jobs
+        Number of processes where there is no cluster; as many as the machine has cores by default.
+    """
     return on_dask() if os.environ.get("DASK_SCHEDULER_ADDRESS") else on_processes(jobs)
 
 

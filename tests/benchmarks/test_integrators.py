@@ -25,7 +25,7 @@ Candidate = Callable[[RightHandSide, float], np.ndarray]
 
 def of_scipy(method: str) -> Candidate:
     def integrate(rates: RightHandSide, tolerance: float) -> np.ndarray:
-        jacobian = {"jac": rates.jacobian} if method in ("Radau", "BDF", "LSODA") else {}
+        jacobian = {"jac": rates.jacobian} if method == "LSODA" else {}
         options = {"rtol": tolerance, "atol": 1e-3 * tolerance} | jacobian
         return solve_ivp(rates, (0.0, END_S), np.zeros(24), method, t_eval=[END_S], **options).y[:, -1]
 
@@ -77,11 +77,15 @@ def test_events_at_full_order_beside_steps_across_the_knots(
             if error < WANTED:
                 cheapest[method] = evaluations, taken
                 break
-    own = cheapest.pop("simulate")
-    ratios = [f"{m} {e / own[0]:.1f}, {t / own[1]:.1f}" for m, (e, t) in cheapest.items()]
+        else:
+            lines.append(f"{method:19} never below {WANTED:.0e}")
+    never = runs.keys() - cheapest.keys()
+    own = cheapest.get("simulate", (np.nan, np.nan))
+    ratios = [f"{m} {e / own[0]:.1f}, {t / own[1]:.1f}" for m, (e, t) in cheapest.items() if m != "simulate"]
     with capsys.disabled():
         print("", name, *lines, f"evaluations and time over simulate's: {'; '.join(ratios)}", sep="\n  ")
-    assert all(evaluations > own[0] for evaluations, _ in cheapest.values())
+    assert not never
+    assert min(cheapest, key=lambda method: cheapest[method][0]) == "simulate"
 
 
 def with_events(model: Model, excitation: Harmonic, tolerance: float) -> tuple[np.ndarray, int]:

@@ -74,13 +74,14 @@ def test_many_random_variants(sedan: Model, say: Callable[[str], None], tmp_path
     and their power, and machines that others use, are then the same for both.
     """
     sweep, cores = _random_variants(sedan, COUNT), joblib.cpu_count()
-    on_cores = on_processes(cores)
-    [*on_cores(sweep.evaluate, [[number] for number in range(cores * 4)])]  # processes are there and warm
+    on_cores, tenth = on_processes(cores), max(COUNT // 10, 1)
+    first = range(min(cores * 4, COUNT))
+    [*on_cores(sweep.evaluate, [[number] for number in first])]  # processes are there and warm
     workers = [child.pid for child in multiprocessing.active_children()] or _children()
     memory: list[list[float]] = []
 
     def watch(state) -> None:
-        if state.finished and state.finished % (COUNT // 10) < sweep.neighbours:
+        if state.finished and state.finished % tenth < sweep.neighbours:
             memory.append([_resident_mb(process) for process in (os.getpid(), *workers)])
 
     single = [_single_point_s(sweep, cores)]

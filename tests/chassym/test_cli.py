@@ -438,7 +438,9 @@ def test_tests_as_json(answer, sedan, words, excitation, prefix):
     assert set(found) == {
         *("test", "metrics", "minimum_patch_force", "converged", "stable"),
         *("frequency_hz", "method", "unknowns", "iterations", "lost_contact"),
+        *("vehicle", "amplitude", "amplitude_unit", "rear_lag_s", "body", "tyres", "tolerance"),
     }
+    assert (found["vehicle"], found["body"], found["tyres"]) == ("full_car", "free", "bonded")
     assert (found["test"], found["frequency_hz"]) == (words[0], excitation.frequency_hz)
     assert (found["converged"], found["stable"]) == (True, True)
     values = {name: metric["peak_to_peak"] for name, metric in found["metrics"].items()}

@@ -8,8 +8,10 @@ import xarray
 
 from chassym.nonlinear.steady.steady_state import steady_state
 from chassym.nonlinear.sweep import sweep as sweep_module
+from chassym.requested_sweep import MOST_POINTS, find_points
 
 HEAVE = ("sweep", "heave", "quarter_car", "--jobs", "1")
+SAMPLE = ("--latin-hypercube", "9", "--range")
 
 
 @pytest.fixture(autouse=True)
@@ -94,6 +96,11 @@ def test_a_hypercube_of_ranges(run):
         assert int((found["tyre.stiffness"] < np.sqrt(1e11)).sum()) == 5
 
 
+def test_as_many_points_as_may_be_asked_for_can_be(quarter_car):
+    points = find_points(quarter_car, (), None, str(MOST_POINTS), ["frequency_hz=1:9"])
+    assert len(points) == MOST_POINTS
+
+
 def test_the_same_command_goes_on_and_another_one_is_refused(run, monkeypatch):
     calls = []
 
@@ -105,7 +112,8 @@ def test_the_same_command_goes_on_and_another_one_is_refused(run, monkeypatch):
 
     monkeypatch.setattr(sweep_module, "steady_state", stopped)
     words = (*HEAVE, "--vary", "frequency_hz=1:3:20")
-    assert run(*words) == (130, "", "chassym: interrupted\n")
+    kept = "sweep.nc.points: finished points are kept; the same command goes on from there\n"
+    assert run(*words) == (130, "", f"{kept}chassym: interrupted\n")
     assert not Path("sweep.nc").exists()
     assert run(*words)[0] == 0
     assert len(calls) == 12 + 12  # eight of the first twelve were kept
@@ -122,6 +130,8 @@ def test_the_same_command_goes_on_and_another_one_is_refused(run, monkeypatch):
         (["lateral", "sedan", "-o", "found.csv"], ["--output", ".nc", ".zarr"]),
         (["lateral", "sedan", "-o", "nowhere/found.nc"], ["--output", "existing folder"]),
         (["lateral", "sedan", "--jobs", "0"], ["--jobs", "'0'", "1 or more"]),
+        (["lateral", "sedan", "--jobs", "-1"], ["--jobs", "'-1'", "1 or more"]),
+        (["lateral", "sedan", "--jobs", "two"], ["--jobs", "'two'", "a whole number"]),
         (["lateral", "sedan", "--jobs", "2", "--dask", "tcp://x:1"], ["--jobs", "--dask"]),
         (["lateral", "limousine", "--vary", "a=1"], ["'limousine'"]),
         (["lateral", "sedan"], ["nothing to vary", "--vary", "--one-at-a-time", "--latin-hypercube"]),
@@ -132,11 +142,22 @@ def test_the_same_command_goes_on_and_another_one_is_refused(run, monkeypatch):
         (["lateral", "sedan", "--vary", "body.front.mass=1,2 m"], ["--vary", "body.front.mass", "kg"]),
         (["lateral", "sedan", "--vary", "body.front.mass=0:2:3log"], ["above zero"]),
         (["lateral", "sedan", "--vary", "body.front.mass=1:2:0"], ["0 points"]),
+        (["lateral", "sedan", "--vary", f"body.front.mass=1:2:{'9' * 5000}"], ["--vary", "a whole number"]),
+        (["heave", "sedan", "--vary", "frequency_hz=0,1"], ["--vary", "'frequency_hz=0,1'", "above zero"]),
+        (["heave", "sedan", "--vary", " frequency_hz =-1:1:3 Hz"], ["--vary", "-1:1:3", "above zero"]),
         (["lateral", "sedan", "--vary", "tyre=1", "--vary", "tyre=2"], ["tyre twice"]),
         (["lateral", "sedan", "--vary", "tyre=1", "--range", "tyre=1:2"], ["--range", "--latin-hypercube"]),
         (["lateral", "sedan", "--latin-hypercube", "9"], ["--range"]),
         (["lateral", "sedan", "--latin-hypercube", "9", "--range", "tyre=2:1"], ["tyre", "increasing"]),
-        (["lateral", "sedan", "--one-at-a-time", "150%"], ["1.5", "between 0 and 1"]),
+        (["lateral", "sedan", *SAMPLE, "frequency_hz=5:1"], ["--range", "frequency_hz=5:1", "increasing"]),
+        (["lateral", "sedan", *SAMPLE, "frequency_hz=0:5"], ["--range", "frequency_hz=0:5", "above zero"]),
+        (["lateral", "sedan", *SAMPLE, "tyre=0:2 log"], ["--range", "tyre=0:2 log", "above zero"]),
+        (["lateral", "sedan", "--latin-hypercube", "1000001"], ["1000001 points", "1 to 1000000"]),
+        (["lateral", "sedan", "--latin-hypercube", "-1"], ["-1 points", "1 to 1000000"]),
+        (["lateral", "sedan", "--latin-hypercube", "9" * 5000], ["--latin-hypercube", "a whole number"]),
+        (["lateral", "sedan", "--one-at-a-time", "150%"], ["--one-at-a-time", "'150%'", "less than 100%"]),
+        (["lateral", "sedan", "--one-at-a-time", "0%"], ["--one-at-a-time", "'0%'", "more than 0%"]),
+        (["lateral", "sedan", "--one-at-a-time", "1"], ["--one-at-a-time", "'1'", "less than 100%"]),
         (["lateral", "sedan", "--one-at-a-time", "much"], ["--one-at-a-time", "'much'", "25%"]),
         (["lateral", "sedan", "--vary", "frequency=1,2"], ["'frequency'", "frequency_hz"]),
         (["lateral", "sedan", "--vary", "tyre=1", "--metric", "comfort"], ["--metric", "'comfort'"]),

@@ -444,9 +444,9 @@ def test_an_odd_number_of_sections_may_have_a_loose_half(sedan: Model, stiffness
     assert (found[:2] == 0).all() and (found[2:] > 0).all()
 
 
-@pytest.mark.parametrize("sections", [2, 0, -3, 3.0, True, "12"])
+@pytest.mark.parametrize("sections", [2, 0, -3, 3.0, True, "12", 1001])
 def test_an_impossible_number_of_sections_is_refused(sections: object) -> None:
-    with pytest.raises(ParameterError, match=r"^sections: received .*, expected a whole number, 3 or more$"):
+    with pytest.raises(ParameterError, match=r"^sections: received .*, expected a whole number from 3"):
         load_model("sedan", sections=sections)  # type: ignore[arg-type]
 
 

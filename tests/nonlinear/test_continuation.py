@@ -346,6 +346,11 @@ def test_refusals(duffing: Model) -> None:
         follow(path, 0.2, 0.2)
     with pytest.raises(ValueError, match="largest_step: 0 received"):
         follow(path, 0.2, 0.3, largest_step=0)
+    with pytest.raises(ValueError, match="most_points: 1 received; 2 or more are needed"):
+        follow(path, 0.2, 0.3, most_points=1)
+    for tolerance in (-1.0, 0.0, 1.0, np.nan):
+        with pytest.raises(ValueError, match=f"tolerance: {tolerance} received; a positive number"):
+            follow(path, 0.2, 0.3, tolerance=tolerance)
     with pytest.raises(ValueError, match="harmonics: 2 received with subharmonic 3"):
         first_orbit(duffing, DUFFING.excitation(), 2, subharmonic=3)
     with pytest.raises(ValueError, match="subharmonic: 1 received; a whole number of at least 2"):

@@ -250,8 +250,10 @@ def test_columns_are_chosen_by_name(write: Callable[[str], Path]) -> None:
         ("time (s),road (m),road (mm)\n", "column 'road': named twice"),
         ("time (s),road (parsec/fortnit)\n0,0\n", "road: .*parsec/fortnit"),
         ("time (m),road (m)\n0,0\n", "column 'time': the unit of a time is needed"),
-        ("time (s),road (m)\n0,0\n1,high\n", "column 'road': 'high' received in row 3; a number is needed"),
-        ("time (s),road (m)\n0,0\n1\n", "column 'road': nothing received in row 3"),
+        ("time (s),road (m)\n0,0\n1,high\n", "column 'road': 'high' received in line 3; a number is needed"),
+        ("time (s),road (m)\n0,0\n1\n", "column 'road': nothing received in line 3"),
+        ("time (s),road (m)\n\n0,0\n\n\n1,high\n", "column 'road': 'high' received in line 6;"),
+        ('time (s),road (m)\n0,"\n0"\n1,high\n', "column 'road': 'high' received in line 4;"),
         ("time (s),road (m)\n0,0\n1,0\n1,0\n2,0\n", "increasing instants"),
     ],
 )

@@ -70,8 +70,9 @@ def test_values_at_lobatto_places_are_interpolated_and_integrated(count: int) ->
     assert places[0] == 0.0 and places[-1] == pytest.approx(1.0, abs=1e-15)
     once, twice = lobatto_integrals(count)
     for power in range(count):
-        given = places**power
-        assert interpolation(count, dense) @ given == pytest.approx(dense.values**power, abs=1e-11)
+        assert interpolation(count, dense) @ places**power == pytest.approx(dense.values**power, abs=1e-11)
+    for power in range(count - 2):
+        given = places[1:-1] ** power
         assert once @ given == pytest.approx(places ** (power + 1) / (power + 1), abs=1e-12)
         assert twice @ given == pytest.approx(places ** (power + 2) / (power + 1) / (power + 2), abs=1e-12)
 

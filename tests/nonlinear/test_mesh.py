@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chassym.derivation import Model, load_model
-from chassym.nonlinear import FourierOrbit, Harmonic, rig, steady_state
+from chassym.nonlinear import ExcitationError, FourierOrbit, Harmonic, rig, steady_state
 from chassym.nonlinear.collocation.collocation import Linearisation, in_pieces
-from chassym.nonlinear.collocation.mesh import FULL_TURN, cut, fastest_rate, first_boundaries
+from chassym.nonlinear.collocation.mesh import FULL_TURN, MOST_PIECES, cut, fastest_rate, first_boundaries
 from chassym.nonlinear.harmonics.fourier import coefficients
 from chassym.nonlinear.orbits.gauss_points import gauss_points
 from chassym.nonlinear.orbits.knots import knot_phases
@@ -148,6 +148,15 @@ def test_first_pieces_are_short_enough_for_the_fastest_motion(sedan: Model) -> N
     assert fastest_rate(sedan) * 2.0 / count < 2 * np.pi
     fast = replace(still, excitation=Harmonic(50.0, {}))
     assert 6 < len(first_boundaries(fast)) - 1 < count
+
+
+def test_a_test_that_is_too_slow_for_the_fastest_motion_is_refused_at_once(sedan: Model) -> None:
+    for frequency_hz in (1e-3, 1e-9, 1e-300):
+        still = FourierOrbit(sedan, Harmonic(frequency_hz, {}), np.zeros((sedan.size, 2), dtype=complex))
+        with pytest.raises(ExcitationError, match=r"frequency: \S+ Hz received; 0.01\d* Hz or more"):
+            first_boundaries(still)
+    slowest = FourierOrbit(sedan, Harmonic(0.02, {}), np.zeros((sedan.size, 2), dtype=complex))
+    assert len(first_boundaries(slowest)) - 1 <= MOST_PIECES
 
 
 def test_fastest_rate_of_the_quarter_car() -> None:

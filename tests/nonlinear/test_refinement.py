@@ -61,7 +61,7 @@ def test_rough_pieces_are_halved_until_they_are_smooth(sedan: Model) -> None:
 
 
 def test_a_motion_too_rough_is_refused(sedan: Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("chassym.nonlinear.collocation.refinement._MOST_PIECES", 30)
+    monkeypatch.setattr("chassym.nonlinear.collocation.refinement.MOST_PIECES", 30)
     with pytest.raises(NoPeriodicOrbitError, match="more than 30 pieces .* ask for less accuracy"):
         for _ in refinements(guessed(sedan, rig.vertical()), rough=1e-6):
             pass

@@ -184,3 +184,46 @@ def test_pictures(leaning: RigResult, quarter_car: Model) -> None:
     upward = stepped.axes[0].lines[0]
     expected = [s.state.peak_to_peak["displacement"].value for s in leaning.steps if s.direction == "upward"]
     assert upward.get_ydata() == pytest.approx(expected)
+
+
+def test_a_rate_brings_its_outputs_to_the_usual_metrics(quarter_car: Model) -> None:
+    heave = load_rig_test("heave")
+    with_rate = replace(heave, rates=(Rate("stiffness", "patch_force_z", "body_displacement"),))
+    [step], [usual] = run(quarter_car, with_rate).steps, run(quarter_car, heave).steps
+    assert step.state is not None and usual.state is not None
+    assert [*step.state.peak_to_peak] == [*usual.state.peak_to_peak, "patch_force_z", "body_displacement"]
+    assert step.rates["stiffness"].unit == "N/m"
+
+
+def test_the_rate_of_an_exact_test_is_asked_for_no_more_exactly_than_numbers_are(quarter_car: Model) -> None:
+    rates = (Rate("stiffness", "patch_force_z", "body_displacement"),)
+    [step] = run(quarter_car, replace(load_rig_test("heave"), rates=rates, tolerance=1e-11)).steps
+    assert step.rates["stiffness"].error < 1e-6 * abs(step.rates["stiffness"].value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"motions": ()}, "motion: received no amplitude"),
+        ({"rates": (Rate("r", "patch_force_z", "yaw"),)}, "rate 'r': over: received 'yaw'"),
+        ({"metrics": ("yaw",)}, "metrics: received 'yaw'"),
+        ({"motions": (Motion(("frnt",), "vertical", 0.01),)}, "pads: received 'frnt', expected \"all\""),
+    ],
+)
+def test_what_a_test_asks_for_in_vain_is_refused_by_its_key(quarter_car: Model, changes, told: str) -> None:
+    with pytest.raises(ParameterError, match=f"heave test: {told}"):
+        run(quarter_car, replace(load_rig_test("heave"), **changes))
+
+
+def test_results_say_what_they_were_measured_under(quarter_car: Model) -> None:
+    test = replace(load_rig_test("heave").with_rear_lag(0.2), tyres_lift=True)
+    attributes = run(quarter_car, test).to_xarray().attrs
+    told = {name: attributes[name] for name in ("test", "amplitude_unit", "rear_lag_s", "body", "tyres")}
+    assert told == {
+        "test": "heave",
+        "amplitude_unit": "m",
+        "rear_lag_s": 0.2,
+        "body": "free",
+        "tyres": "lifting",
+    }
+    assert attributes["amplitude"] == test.amplitude

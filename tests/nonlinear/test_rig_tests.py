@@ -212,7 +212,7 @@ MOTION = '[[motion]]\npads = "front_left"'
         ('name = "own"', 'name = "own"\ntyres = "glued"', ["tyres:", "'glued'", "lifting"]),
         ('name = "own"', 'name = "own"\nmetrics = "yaw_rate"', ["metrics:", "yaw_rate", "names"]),
         ('name = "own"', 'name = "own"\ntolerance = "1e-3"', ["tolerance:", "'1e-3'", "number"]),
-        ('name = "own"', 'name = "own"\ntolerance = 0', ["tolerance:", "0", "greater than zero"]),
+        ('name = "own"', 'name = "own"\ntolerance = 0', ["tolerance:", "0", "from 1e-12 to less than 1"]),
         ('name = "own"', 'name = "own"\nextends = "slalom"', ["extends:", "'slalom'", "lateral"]),
         ('name = "own"', 'name = "own"\nrate = 3', ["rate:", "[[rate]]"]),
         ('name = "own"', 'name = "own"\nname = "twice"', ["not TOML", "line 3"]),

@@ -479,6 +479,22 @@ def test_results_come_back_from_their_file(
     assert [path.name for path in tmp_path.iterdir()] == [file.name]
 
 
+def test_a_file_stays_where_a_new_one_cannot_take_its_place(
+    uninterrupted: xarray.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "results.nc"
+    file.write_bytes(b"before")
+
+    def refuse(*_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "replace", refuse)
+    with pytest.raises(PermissionError):
+        write_results(uninterrupted, file)
+    assert file.read_bytes() == b"before"
+    assert [path.name for path in tmp_path.iterdir()] == [file.name]
+
+
 def test_another_suffix_is_refused(uninterrupted: xarray.Dataset, tmp_path: Path) -> None:
     with pytest.raises(ResultFileError, match=".nc or .zarr"):
         write_results(uninterrupted, tmp_path / "results.csv")

@@ -291,6 +291,26 @@ def test_stated_errors_cover_the_true_ones(tolerance: float) -> None:
     assert np.median(ratios) > 1e-2, "a stated error is no use if it is a hundred times the true one"
 
 
+@pytest.mark.parametrize("ratio", [20.0, 180.0])
+@pytest.mark.parametrize("beyond", [-1e-4, 1e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_a_stop_that_is_hardly_touched(ratio: float, beyond: float, tolerance: float) -> None:
+    """Contact takes 1 to 10 % of the period, or none, and its stiffness makes accelerations of any error."""
+    natural, damping_ratio, share, knot = 20.0, 0.02, 0.8, 0.01
+    linear = abs(share**2 / (1 - share**2 + 2j * damping_ratio * share))
+    spring = Law((-knot, knot), tuple(natural**2 * np.array([ratio, 1.0, ratio])))
+    damper, frequency_hz = straight(2 * damping_ratio * natural), natural * share / (2 * np.pi)
+    case = Oscillator(spring, damper, 1.0, knot / linear * (1 + beyond), frequency_hz)
+    steady = found(case, tolerance)
+    expected = case.exact().orbit(steady.orbit.state() - [case.amplitude, 0])
+    assert expected.switchings == (4 if beyond > 0 else 0)
+    for name, row in (("displacement", case.displacement), ("acceleration", case.acceleration)):
+        metric, exact = steady.peak_to_peak[name], expected.peak_to_peak(row)
+        assert metric.value == pytest.approx(exact, abs=metric.error)
+    if tolerance < 1e-3:
+        agree_in_stability(steady.multipliers, expected, tolerance=1e-3)
+
+
 def test_a_law_that_bends_at_the_origin_scales() -> None:
     """With the knots at zero the orbit grows as the excitation, and the multipliers stay."""
     spring, damper = Law((0.0,), (200.0, 700.0)), Law((0.0,), (1.0, 6.0))
