@@ -71,6 +71,8 @@ def _by_jumps(model: Model, earlier: Array, before: Array, after: Array, elapsed
         moves[: 2 * n] = _STEP * np.eye(2 * n)
         there, back = (distances(before[:, None] + sign * moves)[knot] for sign in (1, -1))
         gradient = (there - back) / (2 * _STEP)
+        if not gradient.any():  # inputs alone pass it, and deviations with them
+            continue
         beyond = before.copy()
         beyond[: 2 * n] -= 2 * sides[knot, 1] * gradient / (gradient @ gradient)
         jump = model.accelerations(beyond[:, None])[:, 0] - before[2 * n : 3 * n]

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chassym.derivation import Model
+from chassym.nonlinear.collocation.floquet import die_out
 from chassym.nonlinear.continuation.arclength import Tracer
 from chassym.nonlinear.continuation.paths import Path
-from chassym.nonlinear.continuation.stability import die_out
 from chassym.nonlinear.harmonics.harmonic_equations import samples_at_knots
 from chassym.nonlinear.orbits.fourier_orbit import FourierOrbit
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit

@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 
 from chassym.derivation import Model
-from chassym.nonlinear.continuation.stability import is_stable
+from chassym.nonlinear.collocation.floquet import is_stable
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.harmonics import fourier

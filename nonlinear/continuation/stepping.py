@@ -9,12 +9,12 @@ from itertools import islice
 
 import numpy as np
 
+from chassym.nonlinear.collocation.floquet import is_stable
 from chassym.nonlinear.continuation.arclength import Tracer
 from chassym.nonlinear.continuation.branch_steps import Point, Step
 from chassym.nonlinear.continuation.continuation import first_orbit
 from chassym.nonlinear.continuation.paths import Path, place
 from chassym.nonlinear.continuation.settling import settle
-from chassym.nonlinear.continuation.stability import is_stable
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.harmonics import fourier
 from chassym.nonlinear.harmonics.harmonic_equations import samples_at_knots

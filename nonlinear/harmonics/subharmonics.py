@@ -10,8 +10,8 @@ import numpy as np
 from scipy.linalg import eig
 
 from chassym.derivation import Model
+from chassym.nonlinear.collocation.floquet import is_stable
 from chassym.nonlinear.continuation.continuation import first_orbit
-from chassym.nonlinear.continuation.stability import is_stable
 from chassym.nonlinear.errors import NoPeriodicOrbitError
 from chassym.nonlinear.excitation.excitation import Harmonic
 from chassym.nonlinear.harmonics.harmonic_balance import Balance, newton

@@ -116,6 +116,8 @@ def _touched(values: Array, looked: Array) -> tuple[Array, Array]:
     narrow = centre + width * np.array([[-1.0], [0.0], [1.0]])
     before, here, after = legendre.legval(2 * narrow - 1, series[:, None, :], tensor=False)
     half_slope, second = (after - before) / 2, before - 2 * here + after
+    nearest = rows[row, np.rint(sample).astype(int)]
+    second = np.where(second * nearest > 0, second, np.inf)  # bent the other way, it does not pass zero
     beyond = half_slope**2 / second**2 - 2 * here / second
     is_passed = (beyond > 0) & (np.abs(half_slope) < np.abs(second) / _ZOOM)
     shift = np.stack([-1.0, 1.0])[:, None] * np.sqrt(np.where(is_passed, beyond, 0.0)) - half_slope / second

@@ -8,8 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from chassym.nonlinear.collocation.floquet import multipliers
-from chassym.nonlinear.continuation.stability import die_out
+from chassym.nonlinear.collocation.floquet import die_out, multipliers
 from chassym.nonlinear.orbits.metrics import Contact, Metric
 from chassym.nonlinear.orbits.periodic_orbit import PeriodicOrbit
 

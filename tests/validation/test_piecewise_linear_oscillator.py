@@ -36,7 +36,7 @@ from chassym.derivation import (
     build_model,
     prismatic,
 )
-from chassym.nonlinear import FourierOrbit, Harmonic, SteadyState, steady_state
+from chassym.nonlinear import FourierOrbit, Harmonic, SteadyState, simulate, steady_state
 from chassym.nonlinear.continuation.arclength import Tracer
 from chassym.nonlinear.continuation.continuation import first_orbit, follow
 from chassym.nonlinear.continuation.paths import FrequencyPath
@@ -309,6 +309,22 @@ def test_a_stop_that_is_hardly_touched(ratio: float, beyond: float, tolerance: f
         assert metric.value == pytest.approx(exact, abs=metric.error)
     if tolerance < 1e-3:
         agree_in_stability(steady.multipliers, expected, tolerance=1e-3)
+
+
+def test_a_contact_of_a_six_hundredth_of_the_period_is_seen() -> None:
+    """It makes the orbit unstable; steps and pieces are many times as long."""
+    spring = Law((0.00988747808841165,), (5029.688438643712, 200676.82442290572))
+    case = Oscillator(spring, straight(0.9545780659510497), 1.0, 0.01, 7.959108430592895)
+    steady = found(case, 1e-5)
+    expected = case.exact().orbit(steady.orbit.state() - [case.amplitude, 0])
+    assert expected.switchings == 2
+    for name, row in (("displacement", case.displacement), ("acceleration", case.acceleration)):
+        metric = steady.peak_to_peak[name]
+        assert metric.value == pytest.approx(expected.peak_to_peak(row), abs=metric.error)
+    assert np.abs(expected.multipliers[0]) > 1 and not steady.is_stable
+    times, state = np.array([0.0, case.excitation.period_s]), case.state(expected)
+    moved = simulate(case.model(), case.excitation, times, start=state, relative_tolerance=1e-11)
+    np.testing.assert_allclose(moved.states[:, -1], state, atol=1e-7 * np.abs(state).max())
 
 
 def test_a_law_that_bends_at_the_origin_scales() -> None:
