@@ -118,7 +118,8 @@ def _print_step(step: RigStep, labels: Labels) -> None:
     for line in _contact_lines(step.contact_losses):
         print_paragraph(line, indent="  ")
     largest = abs(state.multipliers[0])
-    took = f"{state.statistics.unknowns} unknowns, {state.statistics.iterations} iterations"
+    steps = state.statistics.iterations
+    took = f"{state.statistics.unknowns} unknowns, {steps} iteration{'' if steps == 1 else 's'}"
     print_paragraph(
         f"Found by {state.statistics.method}: {took}; largest Floquet multiplier: {_multiplier(largest)}"
     )

@@ -327,6 +327,35 @@ def test_a_contact_of_a_six_hundredth_of_the_period_is_seen() -> None:
     np.testing.assert_allclose(moved.states[:, -1], state, atol=1e-7 * np.abs(state).max())
 
 
+STEEP = [
+    Oscillator(
+        Law((-0.01573524349, 0.01573524349), (56876.3164, 503.90641, 29102.86764)),
+        straight(7.9905438295),
+        1.0,
+        0.0982386487545,
+        9.074607664,
+    ),
+    Oscillator(
+        Law((0.02444439158057535,), (38.813173872987974, 307363.87661951786)),
+        straight(0.22736486382943774),
+        1.0,
+        0.01,
+        1.2875764160762058,
+    ),
+]
+"""Stops a hundred times and more as stiff, where rough orbits that touch them otherwise miss their starts."""
+
+
+@pytest.mark.parametrize("case", STEEP, ids=["clearance", "stop"])
+def test_what_is_found_while_knots_still_come_and_go_is_not_taken_for_an_orbit(case: Oscillator) -> None:
+    steady = found(case, 1e-2)
+    expected = case.exact().orbit(steady.orbit.state() - [case.amplitude, 0])
+    for name, row in (("displacement", case.displacement), ("acceleration", case.acceleration)):
+        metric = steady.peak_to_peak[name]
+        assert metric.value == pytest.approx(expected.peak_to_peak(row), abs=metric.error)
+    assert steady.is_stable == (np.abs(expected.multipliers[0]) < 1)
+
+
 def test_a_law_that_bends_at_the_origin_scales() -> None:
     """With the knots at zero the orbit grows as the excitation, and the multipliers stay."""
     spring, damper = Law((0.0,), (200.0, 700.0)), Law((0.0,), (1.0, 6.0))
