@@ -65,7 +65,7 @@ def refinements(guess: PeriodicOrbit, rough: float) -> Iterator[Refined]:
     """Ever more accurate orbits, each of which is cut where it passes knots itself.
 
     The first of them is near enough for Newton's method to converge at once; each one more is one step from
-    the last, with one Gauss point more, and pieces that are not resolved are halved.
+    the last, with one Gauss point more, and pieces that are not resolved are cut in parts.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def refinements(guess: PeriodicOrbit, rough: float) -> Iterator[Refined]:
         orbit, correction = _stepped(orbit, linear.corrected())
         iterations += 1
         is_near = is_near or correction < _NEAR
-        if not is_near and (iterations == _MOST_STEPS or not np.isfinite(correction)):
+        if not np.isfinite(correction) or (iterations == _MOST_STEPS and not is_near):
             raise NoPeriodicOrbitError(
                 f"collocation at {guess.excitation.frequency_hz:g} Hz: correction {iterations} is still "
                 f"{correction:.2g} of the motion; start from a smaller amplitude"

@@ -49,7 +49,7 @@ _BALANCED = 0.1
 """Relative correction at which a guess is good enough."""
 
 _ROUGH = 10.0
-"""Roughness of a piece that stays whole, by the square root of the tolerance."""
+"""Roughness of a piece that stays whole, divided by the square root of the tolerance."""
 
 _SMOOTHER = np.array([1.0, 1e-2])
 """Parts of that roughness with which refinement is tried in turn."""
@@ -81,14 +81,21 @@ def steady_state(
 
     Parameters
     ----------
+    model, excitation
+        The test.
     metrics
         Outputs whose peak-to-peak value is wanted; all accelerations and angular rates by default.
     tolerance
         Largest stated error, relative to the metric.
     start
-        A neighbouring orbit to start from.
+        A neighbouring orbit to start from; one that repeats after other periods is of no use.
     subharmonic
         Periods of the excitation after which the orbit repeats.
+
+    Returns
+    -------
+    SteadyState
+        The orbit, and what was read off it with its errors.
 
     Raises
     ------
