@@ -52,8 +52,6 @@ def find_test(
     """
     if name not in TESTS and not name.endswith(".toml"):
         raise ArgumentError("test", repr(name), f"one of {', '.join(TESTS)}, or a file that ends in .toml")
-    from chassym.nonlinear.rig.reading import checked_tolerance
-
     changes: list[Callable[[RigTest], RigTest]] = []
     if frequency is not None:
         hertz = arguments.frequency_hz("--frequency", frequency)
@@ -65,6 +63,8 @@ def find_test(
         seconds = arguments.finite("--lag", lag, "s")
         changes.append(lambda test: test.with_rear_lag(seconds))
     if tolerance is not None:
+        from chassym.nonlinear.rig.reading import checked_tolerance
+
         error = checked_tolerance(arguments.positive("--tolerance", tolerance, "1"), "command line")
         changes.append(lambda test: replace(test, tolerance=error))
     if tyres is not None:

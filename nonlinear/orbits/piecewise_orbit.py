@@ -99,7 +99,7 @@ class PiecewiseOrbit(PeriodicOrbit):
         ends[:, :n] += durations[:, None] * self.starts[:, n:]
         return np.asarray(ends - np.roll(self.starts, -1, axis=0))
 
-    @cached_property
+    @property
     def iterated_jumps(self) -> Array:
         """The same after an iteration of Picard's (see `iterated_extremes`), shape (pieces, 2 n)."""
         return self.jumps + np.concatenate([each[:, :, -1] for each in self._iterated]).T

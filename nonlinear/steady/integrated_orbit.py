@@ -63,7 +63,7 @@ class IntegratedOrbit(PiecewiseOrbit):
     def relative_gap(self) -> float:
         """Largest gap of a rate, relative to the rates."""
         n = self.model.size
-        return float(np.abs(self.gap[n:]).max() / max(np.abs(self.starts[:, n:]).max(), 1e-9))
+        return float(np.abs(self.gap[n:]).max() / self.largest_rate)
 
     @cached_property
     def closing(self) -> Array:

@@ -81,8 +81,7 @@ def waited_steady_state(
 def _to_wait(orbit: IntegratedOrbit, accuracy: float, waited: int) -> int:
     """Periods until what is left of the transients is as small as the accuracy; 0 if it is."""
     n = orbit.model.size
-    largest = max(np.abs(orbit.starts[:, n:]).max(), 1e-9)
-    left = float(np.abs(orbit.closing[n:]).max() / largest)
+    left = float(np.abs(orbit.closing[n:]).max() / orbit.largest_rate)
     if left <= _LEFT * accuracy:
         return 0
     slowest = float(np.abs(multipliers(orbit)[0]))
